@@ -9,11 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from ajgdata.types import DataError
+from ajgdata.types import DataError, PassiveRecording
 from ajgdata.types.base import Strict
 
 #: Device of sessions that the virtual gripper recorded: they are simulated.
 DEVICE = "virtual gripper"
+#: Full scale of a 16-bit converter, the smallest in use.
+FULL_SCALE = 1 - 2.0**-15
+#: What a card plays during a take: samples float32 (n,) in [-1, 1], or no sound.
+Sound = NDArray[np.float32] | PassiveRecording
 
 
 class CardError(DataError):
@@ -39,14 +43,14 @@ class Capture:
     """One take without a fault.
 
     `samples` float32 (n + tail,) in [-1, 1] begin after `latency_samples`, the latency of the
-    session. `arrival_samples` is the delay at the microphone, measured in this take. `clipped` is
-    the number of samples at full scale, `xruns` the number of reports of the driver. `doubts` are
-    the faults of earlier attempts.
+    session. `arrival_samples` is the delay at the microphone, measured in this take. Both are None
+    without a played sound. `clipped` is the number of samples at full scale, `xruns` the number of
+    reports of the driver. `doubts` are the faults of earlier attempts.
     """
 
     samples: NDArray[np.float32]
-    latency_samples: int
-    arrival_samples: int
+    latency_samples: int | None
+    arrival_samples: int | None
     peak_dbfs: float
     clipped: int
     xruns: int
@@ -75,5 +79,6 @@ class Capture:
     def labels(self) -> dict[str, str]:
         """Return the cells of the take in recordings.csv by column."""
         names = ("latency_samples", "arrival_samples", "clipped", "xruns", "attempts", "time")
-        cells = {name: str(getattr(self, name)) for name in names}
+        values = {name: getattr(self, name) for name in names}
+        cells = {name: "" if value is None else str(value) for name, value in values.items()}
         return {**cells, "peak_dbfs": f"{self.peak_dbfs:.2f}"}

@@ -29,13 +29,15 @@ NUISANCES = ("roughness_mm", "slope_deg", "packing", "force", "grain_force")
 class GraspSimulator:
     """Simulator of the grasps that the recipe of a data set plans.
 
-    `responses` is the folder of the solved scenes.
+    `responses` is the folder of the solved scenes. `project` is the folder to which the path of a
+    sound file is relative.
     """
 
     dataset: str
     recipe: Recipe
     excitation: ExcitationSpec
     responses: Path
+    project: Path = Path()
 
     def planned(self, chosen: ChosenGrasps) -> list[RecipeGrasp]:
         """Return the chosen grasps in the order of their names, which are those of the features."""
@@ -55,7 +57,11 @@ class GraspSimulator:
         """Yield the first recording (n,) of each grasp with a change."""
         # One source for all grasps: the played sound is filtered once.
         source = VirtualGripper(
-            grasps[0].setup, ResponseStore(self.responses), self.recipe.signal, self.excitation
+            grasps[0].setup,
+            ResponseStore(self.responses),
+            self.recipe.signal,
+            self.excitation,
+            self.project,
         )
         for grasp in grasps:
             setup = changed_setup(grasp.setup, change, self.recipe.vary)

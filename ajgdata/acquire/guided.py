@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ajgdata.acquire.card import Capture, CardError, TakeError
+from ajgdata.acquire.card import Capture, CardError, Sound, TakeError
 from ajgdata.acquire.live_session import REJECTED, LiveSession
 from ajgdata.acquire.operator import Choice, Operator, OperatorDecision
 from ajgdata.acquire.protocol import DOUBT, REFERENCE, PlannedGrasp, grasp_id, remaining
@@ -17,8 +17,10 @@ from ajgdata.acquire.robot_numbers import number_labels
 from ajgdata.acquire.virtual import Card
 from ajgdata.features.band import reaching_hz
 from ajgdata.features.checks import check_samples
-from ajgdata.types import FeatureSettings, GraspProtocol
+from ajgdata.types import FeatureSettings, GraspProtocol, PassiveRecording
 
+#: Note at the start of a session without a played sound.
+NO_MARKERS = "no sound is played: lost frames are detected only if the driver reports them"
 _CHOICES = (Choice.REDO, Choice.SKIP, Choice.QUIT)
 
 
@@ -44,8 +46,8 @@ class Problem(NamedTuple):
 class GuidedAcquisition:
     """Records the remaining grasps of a plan into a session.
 
-    `played` float32 (n,) is the excitation. `targets` are the columns of labels. `features` are the
-    settings of the feature, for which the recordings are checked.
+    `played` is the excitation, float32 (n,), or passive recording. `targets` are the columns of
+    labels. `features` are the settings of the feature, for which the recordings are checked.
     """
 
     session: LiveSession
@@ -54,7 +56,7 @@ class GuidedAcquisition:
     targets: Collection[str]
     features: FeatureSettings
     card: Card
-    played: np.ndarray
+    played: Sound
     robot: Robot
     operator: Operator
     _problems: list[Problem] = field(default_factory=list)
@@ -63,6 +65,8 @@ class GuidedAcquisition:
 
     def run(self) -> AcquisitionOutcome:
         """Record the remaining grasps. Raises CardError, and RobotError if nobody is there."""
+        if isinstance(self.played, PassiveRecording):
+            self.operator.note(NO_MARKERS)
         queue = remaining(self.planned, self.session.recordings, self.session.skipped)
         total = len(self.planned)
         while queue:
@@ -121,6 +125,8 @@ class GuidedAcquisition:
 
     def _take(self, grasp: PlannedGrasp, attempt: int, sample: int, measured: Measured) -> None:
         """Record one sample. Targets without a value get an empty cell, for a person to fill in."""
+        if isinstance(self.played, PassiveRecording):
+            self.operator.note(self.played.waiting_text)
         capture = self.card.take(self.played)
         usual_dbfs = self._usual_dbfs(grasp)
         problems = self._check(capture)

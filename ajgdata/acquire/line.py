@@ -13,7 +13,7 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from multiprocessing.connection import Connection, wait
 from typing import Any, NamedTuple
 
@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ajgdata.acquire.card import CardError, CardSettings
+from ajgdata.acquire.trigger import Trigger
 from ajgdata.types import DataError
 from ajgdata.types.extras import optional_packages
 
@@ -28,6 +29,8 @@ from ajgdata.types.extras import optional_packages
 STALLED_S = 3.0
 #: A stream that is slower than its rate by this factor has failed.
 SLOWEST = 4.0
+#: Seconds between two looks at the recorded frames.
+POLL_S = 0.05
 #: Seconds for the process to start, and for the driver to search for devices.
 OPEN_S = 30.0
 #: Seconds that the process may need in addition to the limits of the stream.
@@ -59,11 +62,14 @@ class PortAudioLine:
 
     def play(self, sound: NDArray[np.float32], frames: int) -> Recorded:
         """Play `sound` (n,) once and record `frames` from its first frame on. Raises CardError."""
-        try:
-            self._connection.send((sound.astype(np.float32), frames))
-        except OSError:
-            raise CardError(self._name, "its process has ended", "start again") from None
-        return self._answer(STALLED_S + SLOWEST * frames / self._rate_hz + SLACK_S)
+        return self._request("play", sound.astype(np.float32), frames, longest=frames)
+
+    def listen(self, trigger: Trigger) -> Recorded:
+        """Play nothing and record from a trigger on, (trigger.frames,); (0,) without a trigger.
+
+        Raises CardError.
+        """
+        return self._request("listen", trigger, longest=trigger.longest)
 
     def describe(self) -> Mapping[str, Any]:
         """Return API and driver."""
@@ -74,6 +80,14 @@ class PortAudioLine:
         self._connection.close()
         self._process.kill()
         self._process.join(5)
+
+    def _request(self, method: str, *arguments: Any, longest: int) -> Recorded:
+        """Return the result of a method of the stream, which takes up to `longest` frames."""
+        try:
+            self._connection.send((method, arguments))
+        except OSError:
+            raise CardError(self._name, "its process has ended", "start again") from None
+        return self._answer(STALLED_S + SLOWEST * longest / self._rate_hz + SLACK_S)
 
     def _answer(self, timeout_s: float) -> Any:
         """Return the answer of the process. Raises CardError; the process has then ended."""
@@ -113,8 +127,11 @@ def _serve(connection: Connection, settings: Mapping[str, Any] | None) -> None:
         else:
             duplex = Duplex(portaudio, settings)
             connection.send(duplex.describe())
+            methods: dict[str, Callable[..., Recorded]]
+            methods = {"play": duplex.play, "listen": duplex.listen}
             while True:
-                connection.send(duplex.play(*connection.recv()))
+                method, arguments = connection.recv()
+                connection.send(methods[method](*arguments))
     except EOFError:  # the line is closed
         return
     except DataError as error:
@@ -198,7 +215,7 @@ class Duplex:
         self._job: _Job | None = None
         self._done = threading.Event()
         self._frames = 0
-        self._flags: list[str] = []
+        self._flags: list[tuple[int, str]] = []  # end of the reported block, and report
         index, self._device = find_device(portaudio, self._name)
         self._version = portaudio.get_portaudio_version()[1]
         self._check_channel("--output-channel", self._output, "outputs")
@@ -246,18 +263,49 @@ class Duplex:
 
         Raises DataError if the stream stops.
         """
+        buffer = self._begin(sound, frames)
+        self._wait(frames)
+        return buffer, tuple(flag for _, flag in self._flags)
+
+    def listen(self, trigger: Trigger) -> Recorded:
+        """Play nothing and record from a trigger on, (trigger.frames,); (0,) without a trigger.
+
+        No frame is missing between the search for the trigger and the recording. The reports of the
+        driver are those of the recording. Raises DataError if the stream stops.
+        """
+        buffer = self._begin(np.zeros(0, dtype=np.float32), trigger.longest)
+        last = trigger.before + trigger.limit
+        end = trigger.before
+        start: int | None = None
+        while start is None and end < last:
+            searched = end
+            end = min(end + round(POLL_S * self._rate_hz), last)
+            self._wait(end)
+            start = trigger.start(buffer, end, searched)
+        if start is None:
+            self._job = None
+            return buffer[:0], ()
+        self._wait(start + trigger.frames)
+        self._job = None
+        recorded = buffer[start : start + trigger.frames].copy()
+        return recorded, tuple(flag for end, flag in self._flags if end > start)
+
+    def _begin(self, sound: NDArray[np.float32], frames: int) -> NDArray[np.float32]:
+        """Start to play `sound` (n,) and to record; return the buffer (frames,)."""
         self._flags.clear()
         self._done.clear()
         buffer = np.zeros(frames, dtype=np.float32)
         self._job = _Job(sound, buffer, 0)
-        self._wait()
-        return buffer, tuple(self._flags)
+        return buffer
 
-    def _wait(self) -> None:
-        """Wait until the job is done. Raises DataError if the stream stops before."""
+    def _wait(self, end: int) -> None:
+        """Wait until the first `end` frames are recorded. Raises DataError if the stream stops."""
         frames = self._frames
         last_change = time.monotonic()
-        while not self._done.wait(0.05):
+        while not self._done.wait(POLL_S):
+            job = self._job
+            if job is None or job.position >= end:
+                return
             now = time.monotonic()
             if self._frames != frames:
                 frames = self._frames
@@ -279,9 +327,9 @@ class Duplex:
         played.fill(0)
         job = self._job
         if job is not None:
-            if status:
-                self._flags += [flag for flag in FLAGS if getattr(status, flag)]
             end = job.position + frames
+            if status:
+                self._flags += [(end, flag) for flag in FLAGS if getattr(status, flag)]
             sound = job.sound[job.position : end]
             played[: len(sound), self._output - 1] = sound
             buffer = job.buffer[job.position : end]

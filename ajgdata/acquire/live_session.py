@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from ajgdata.acquire.card import CardSettings
-from ajgdata.acquire.excitation import excitation_samples
+from ajgdata.acquire.excitation import played_samples
 from ajgdata.acquire.protocol import (
     ATTEMPT,
     PLANNED,
@@ -29,12 +29,20 @@ from ajgdata.acquire.protocol import (
     whole_grasps,
 )
 from ajgdata.acquire.writer import SETUP_COLUMN, recording_alone
-from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, RECORDINGS_FILE, SESSION_FILE
+from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, RECORDINGS_FILE, SESSION_FILE, Paths
 from ajgdata.store.audio import SIMULATED, file_sha256, pcm24_bytes, write_pcm24
 from ajgdata.store.files import replacing_folder, sha256_of
 from ajgdata.store.provenance import software
 from ajgdata.store.sessions import read_recordings, read_session, write_recordings, write_session
-from ajgdata.types import Acquisition, DataError, DatasetSpec, Excitation, Recording, Session
+from ajgdata.types import (
+    Acquisition,
+    DataError,
+    DatasetSpec,
+    Excitation,
+    PassiveRecording,
+    Recording,
+    Session,
+)
 
 REJECTED = "reject"
 
@@ -189,10 +197,15 @@ class LiveSession:
         ]
 
 
-def excitation_of(spec: DatasetSpec) -> np.ndarray:
-    """Return the samples (n,) of the excitation of a data set, at its rate."""
+def excitation_of(paths: Paths, spec: DatasetSpec) -> np.ndarray | None:
+    """Return the samples (n,) of the excitation of a data set, at its rate; None without a sound.
+
+    Raises DataError for a sound that cannot be played.
+    """
+    if isinstance(spec.excitation, PassiveRecording):
+        return None
     try:
-        return excitation_samples(spec.excitation, spec.audio.sample_rate_hz)
+        return played_samples(spec.excitation, spec.audio.sample_rate_hz, paths.root)
     except ValueError as error:
         fix = "change it, or audio.sample_rate_hz"
         raise DataError(f"data set {spec.name}", str(error), fix) from None
@@ -202,6 +215,7 @@ def excitation_of(spec: DatasetSpec) -> np.ndarray:
 def live_session(
     folder: Path,
     spec: DatasetSpec,
+    sound: np.ndarray | None,
     card: CardSettings,
     plan: Mapping[str, Any],
     about: Mapping[str, str],
@@ -209,21 +223,21 @@ def live_session(
     """Yield the session at `folder`, and mark it finished at the end.
 
     A missing session is created. At the end, a session without recordings is removed. The setup
-    consists of `plan`, the card and the excitation of `spec`. `about` has gripper, medium and
-    source for session.yaml; `source` is required. Raises DataError if another process records into
-    the session, or if the session was recorded with another setup.
+    consists of `plan`, the card and the excitation of `spec`, whose samples are `sound` (n,).
+    `about` has gripper, medium and source for session.yaml; `source` is required. Raises DataError
+    if another process records into the session, or if the session was recorded with another setup.
     """
-    sound = excitation_of(spec)
     setup = {
         **plan,
         "device": card.model_dump(mode="json", exclude={"attempts"}),
         "excitation": spec.excitation.model_dump(mode="json"),
-        "excitation_sha256": sha256_of(pcm24_bytes(sound, card.sample_rate_hz)),
     }
+    if sound is not None:
+        setup["excitation_sha256"] = sha256_of(pcm24_bytes(sound, card.sample_rate_hz))
     with recording_alone(folder):
         _discard_if_empty(folder)  # an empty session may have another setup
         if not folder.exists():
-            _create(folder, spec, card, setup, about)
+            _create(folder, spec, sound, card, setup, about)
         session = LiveSession(folder, _checked_setup(folder, setup))
         session.update_acquisition(finished=False)
         try:
@@ -236,30 +250,35 @@ def live_session(
 def _create(
     folder: Path,
     spec: DatasetSpec,
+    sound: np.ndarray | None,
     card: CardSettings,
     setup: Mapping[str, Any],
-    about: Mapping[str, Any],
+    about: Mapping[str, str],
 ) -> None:
-    """Write a session without recordings. The folder appears when it is complete."""
-    sound = excitation_of(spec)
+    """Write a session without recordings, and its played `sound` (n,).
+
+    The folder appears when it is complete.
+    """
     with replacing_folder(folder) as new:
         (new / AUDIO_FOLDER).mkdir()
-        write_pcm24(new / EXCITATION_FILE, sound, card.sample_rate_hz)
-        peak = float(np.abs(sound).max())
-        session = Session(
-            session_id=folder.name,
-            sample_rate_hz=card.sample_rate_hz,
-            device=card.device,
-            excitation=Excitation(
+        played = None
+        level_dbfs = None
+        if sound is not None:
+            write_pcm24(new / EXCITATION_FILE, sound, card.sample_rate_hz)
+            level_dbfs = round(20 * math.log10(float(np.abs(sound).max())), 2)
+            played = Excitation(
                 file=EXCITATION_FILE,
                 sha256=file_sha256(new / EXCITATION_FILE),
                 description=spec.excitation.description,
                 settings=spec.excitation.model_dump(mode="json"),
-            ),
+            )
+        session = Session(
+            session_id=folder.name,
+            sample_rate_hz=card.sample_rate_hz,
+            device=card.device,
+            excitation=played,
             software=f"ajgdata {software()['ajgdata_version']}",
-            acquisition=Acquisition(
-                finished=False, setup=dict(setup), level_dbfs=round(20 * math.log10(peak), 2)
-            ),
+            acquisition=Acquisition(finished=False, setup=dict(setup), level_dbfs=level_dbfs),
             **about,
         )
         write_session(new, session, [])

@@ -51,6 +51,10 @@ class Operator:
         name = grasp.object or f"{grasp.reference} (reference)"
         self._print(f"[b]{done + 1} of {total}: {escape(name)}[/b], number {grasp.number}")
 
+    def note(self, text: str) -> None:
+        """Print a remark that needs no answer."""
+        self._print(f"  [dim]{escape(text)}[/dim]")
+
     def confirm(self, text: str) -> None:
         """Print a request and wait for Enter. Raises OperatorDecision for s and q."""
         while True:

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from typing import Any, NamedTuple
@@ -14,11 +14,19 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import periodogram
 
-from ajgdata.acquire.card import Capture, CardError, CardSettings, TakeError
+from ajgdata.acquire.card import (
+    FULL_SCALE,
+    Capture,
+    CardError,
+    CardSettings,
+    Sound,
+    TakeError,
+)
 from ajgdata.acquire.excitation import excitation_samples
 from ajgdata.acquire.line import PortAudioLine
 from ajgdata.acquire.markers import ALIKE, MARKER_S, Arrival, arrival, framed
-from ajgdata.types import LogSweep
+from ajgdata.acquire.trigger import Trigger
+from ajgdata.types import LogSweep, PassiveRecording
 
 #: Longest latency of a card that is detected (s). Takes are shorter after the first measurement.
 MAX_LATENCY_S = 2.0
@@ -26,8 +34,6 @@ MAX_LATENCY_S = 2.0
 #: gripper change it by up to 44 samples (1 ms). A driver changes it by a period; the smallest
 #: period in use is 64 samples at 44.1 kHz.
 WANDER_S = 0.0014
-#: Full scale of a 16-bit converter, the smallest in use.
-FULL_SCALE = 1 - 2.0**-15
 #: Peak below which an input is silent: 80 dB below full scale.
 SILENT_PEAK = 1e-4
 #: Sound that `check_card` plays.
@@ -70,12 +76,15 @@ class SoundCard:
         """Use the known latency of a session that is resumed."""
         self._latency = latency_samples
 
-    def take(self, played: NDArray[np.float32], tail: int = 0) -> Capture:
+    def take(self, played: Sound, tail: int = 0) -> Capture:
         """Play `played` float32 (n,) in [-1, 1] and return n + `tail` samples from its arrival on.
 
-        Raises CardError if the card is unplugged, silent or wrongly connected, TakeError if each
-        attempt has a fault, and ValueError for a sound that cannot be played.
+        Without a played sound, return the samples of the passive recording. Raises CardError if the
+        card is unplugged, silent or wrongly connected, TakeError if each attempt has a fault, and
+        ValueError for a sound that cannot be played.
         """
+        if isinstance(played, PassiveRecording):
+            return self._take_passively(played)
         if played.ndim != 1 or not played.size or not np.all(np.abs(played) <= 1):
             raise ValueError("a sound to play is (n,) within [-1, 1]")
         sound = framed(played, self.settings.sample_rate_hz, tail)
@@ -106,8 +115,51 @@ class SoundCard:
         last = faults[-1]
         if last.permanent:
             raise CardError(self.settings.device, last.problem, last.fix)
-        problem = f"{len(faults)} takes of {len(faults)} in doubt: {last.problem}"
-        raise TakeError(self.settings.device, problem, last.fix)
+        raise self._in_doubt(faults)
+
+    def _take_passively(self, settings: PassiveRecording) -> Capture:
+        """Return a passive recording. Raises CardError and TakeError as `take` does.
+
+        There are no markers: only the driver reports lost frames. A recording with a trigger is not
+        repeated, because its sound is over.
+        """
+        trigger = Trigger.from_settings(settings, self.settings.sample_rate_hz)
+        level = settings.trigger_dbfs
+        attempts = self.settings.attempts if level is None else 1
+        faults: list[_Fault] = []
+        xruns = 0
+        for _ in range(attempts):
+            time = datetime.now(UTC).isoformat(timespec="milliseconds")
+            samples, flags = self._line.listen(trigger)
+            xruns += len(flags)
+            if not samples.size:
+                problem = f"no sound reached {level:g} dBFS in {settings.time_limit_s:g} s"
+                fix = "make the sound again, or change excitation.trigger_dbfs or time_limit_s"
+                raise TakeError(self.settings.device, problem, fix)
+            if not samples.any():
+                silence = self._no_sound(samples)
+                raise CardError(self.settings.device, silence.problem, silence.fix)
+            fault = _not_numbers(samples)
+            if flags and not fault:
+                fault = _reported(flags)
+            if fault:
+                faults.append(fault)
+                continue
+            return Capture.measured(
+                samples,
+                FULL_SCALE,
+                latency_samples=None,
+                arrival_samples=None,
+                xruns=xruns,
+                time=time,
+                doubts=tuple(fault.problem for fault in faults),
+            )
+        raise self._in_doubt(faults)
+
+    def _in_doubt(self, faults: Sequence[_Fault]) -> TakeError:
+        """Return the error of a take in which each attempt had one of `faults`."""
+        problem = f"{len(faults)} takes of {len(faults)} in doubt: {faults[-1].problem}"
+        return TakeError(self.settings.device, problem, faults[-1].fix)
 
     def listen(self, frames: int) -> NDArray[np.float32]:
         """Play nothing and return what the microphone records, (frames,). Raises CardError."""
@@ -133,15 +185,13 @@ class SoundCard:
         self, samples: NDArray[np.float32], flags: tuple[str, ...], arrived: Arrival
     ) -> _Fault | None:
         """Return the worst fault of a take (frames,); None if it is good."""
-        not_finite = int(np.count_nonzero(~np.isfinite(samples)))
-        if not_finite:
-            problem = f"the driver gave {not_finite} samples that are not numbers"
-            return _Fault(problem, "use another API")
+        not_numbers = _not_numbers(samples)
+        if not_numbers:
+            return not_numbers
         if arrived.likeness <= ALIKE:  # a marker was not recorded
             return self._no_sound(samples)
         if flags:
-            reports = ", ".join(sorted(set(flags)))
-            return _Fault(f"the driver reported {reports}", "close other programs")
+            return _reported(flags)
         if arrived.lost:
             lost = arrived.lost
             problem = f"{lost} frames lost" if lost > 0 else f"{-lost} frames too many"
@@ -160,6 +210,20 @@ class SoundCard:
             return _Fault(problem, "check plug, level and channel of the speaker", permanent=True)
         fix = "check plug, mute, gain and number of the microphone"
         return _Fault(f"microphone {number} is silent", fix, permanent=True)
+
+
+def _not_numbers(samples: NDArray[np.float32]) -> _Fault | None:
+    """Return the fault of samples (frames,) with NaN or infinity; None without them."""
+    count = int(np.count_nonzero(~np.isfinite(samples)))
+    if not count:
+        return None
+    return _Fault(f"the driver gave {count} samples that are not numbers", "use another API")
+
+
+def _reported(flags: Sequence[str]) -> _Fault:
+    """Return the fault of a take during which the driver reported `flags`."""
+    reports = ", ".join(sorted(set(flags)))
+    return _Fault(f"the driver reported {reports}", "close other programs")
 
 
 @contextmanager
@@ -216,7 +280,7 @@ def check_card(card: SoundCard) -> CardCheck:
     noise = _power(card.listen(round(SILENCE_S * rate)), rate) + 1e-30
     signal = _power(takes[-1].samples, rate)
     return CardCheck(
-        tuple(take.arrival_samples for take in takes),
+        tuple(take.arrival_samples for take in takes if take.arrival_samples is not None),
         peak_dbfs=max(take.peak_dbfs for take in takes),
         clipped=sum(take.clipped for take in takes),
         repeated=sum(take.attempts - 1 for take in takes),

@@ -11,18 +11,24 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ajgdata import gripper
-from ajgdata.acquire.card import DEVICE, Capture, CardSettings
-from ajgdata.acquire.excitation import excitation_samples
+from ajgdata.acquire.card import DEVICE, Capture, CardSettings, Sound
+from ajgdata.acquire.excitation import played_samples
 from ajgdata.acquire.recipe import NEW, RecipeGrasp, new_setup
 from ajgdata.acquire.robot import NOTHING_MEASURED, Measured, Robot
 from ajgdata.acquire.robot_numbers import FORCE
 from ajgdata.acquire.sound_card import SoundCard
 from ajgdata.gripper.grippers import GRIPPERS
 from ajgdata.store.responses import ResponseStore
-from ajgdata.types import DEFAULT_EXCITATION, DataError, ExcitationSpec, Recipe, checked
+from ajgdata.types import (
+    DEFAULT_EXCITATION,
+    DataError,
+    ExcitationSpec,
+    PassiveRecording,
+    Recipe,
+    checked,
+)
 
 #: Keys of a scene that are equal for all grasps of a session.
 SESSION_KEYS = ("gripper", "medium", "environment", "assembly", "session", "numerics")
@@ -36,8 +42,9 @@ class VirtualGripper:
     """Source of simulated recordings of one session.
 
     `setup` is the setup of any grasp of the session, because SESSION_KEYS are equal for all.
-    `signal` are settings of the signal chain that differ from the defaults. Raises ValueError for
-    an excitation that cannot be played at the sample rate.
+    `signal` are settings of the signal chain that differ from the defaults. `project` is the folder
+    to which the path of a sound file is relative. Raises ValueError for an excitation that cannot
+    be played at the sample rate, and DataError for a file that cannot be played.
     """
 
     def __init__(
@@ -46,6 +53,7 @@ class VirtualGripper:
         solver: ResponseStore,
         signal: Mapping[str, Any] | None = None,
         played: ExcitationSpec = DEFAULT_EXCITATION,
+        project: Path = Path(),
     ) -> None:
         self.sample_rate_hz: int = gripper.SAMPLE_RATE_HZ
         self._scene = checked(gripper.Scene, "recipe", setup)
@@ -53,7 +61,7 @@ class VirtualGripper:
         self._solver = solver
         self._solved_before = solver.solved
         self._played = played
-        self._samples = excitation_samples(played, self.sample_rate_hz)
+        self._samples = played_samples(played, self.sample_rate_hz, project)
         #: Digest and impulse response of the last grasp.
         self._response: tuple[str, gripper.ImpulseResponse] | None = None
 
@@ -148,11 +156,14 @@ class VirtualTable:
     def resume(self, latency_samples: int | None) -> None:
         """Do nothing: there is no latency."""
 
-    def take(self, played: NDArray[np.float32], tail: int = 0) -> Capture:
+    def take(self, played: Sound, tail: int = 0) -> Capture:
         """Play `played` (n,) once and return n + `tail` samples.
 
-        Before the first step of the robot, the gripper is empty.
+        Before the first step of the robot, the gripper is empty. Raises DataError without a sound.
         """
+        if isinstance(played, PassiveRecording):
+            fix = "use another kind of excitation, or a sound card"
+            raise DataError("virtual gripper", "it records only a played sound", fix)
         if self._response is None:
             self.place("", 1, "empty")
         assert self._response is not None

@@ -21,12 +21,12 @@ from ajgdata.cli.console import JsonOption, out, print_json, say
 from ajgdata.cli.device import CARD_PANEL, OutputChannel
 from ajgdata.paths import find_project
 from ajgdata.store.sessions import read_dataset
-from ajgdata.types import DataError
+from ajgdata.types import DataError, PassiveRecording
 from ajgdata.types.extras import require_extra
 from ajgdata.types.protocol import NOTHING
 
 if TYPE_CHECKING:
-    from ajgdata.acquire.card import Capture
+    from ajgdata.acquire.card import Capture, Sound
     from ajgdata.live.predictor import Prediction
 
 #: Panel of the help text for options of the virtual gripper.
@@ -153,7 +153,11 @@ def _sense(
     predictor = load_predictor(dataset, task, model, paths.root)
     if source == VIRTUAL and spec.recipe and not objects:
         objects = [item.name for item in spec.recipe.objects]
-    played = excitation_of(spec).astype(np.float32)
+    played: Sound
+    if isinstance(spec.excitation, PassiveRecording):
+        played = spec.excitation
+    else:
+        played = np.asarray(excitation_of(paths, spec), np.float32)
     generator = np.random.default_rng(seed)
     hands = open_hands(
         paths,
@@ -177,6 +181,8 @@ def _sense(
                     force_n=_FORCE_N,
                 )
                 robot.move("approach", **vars(grasp))
+            if isinstance(played, PassiveRecording) and not as_json:
+                say(f"[dim]{played.waiting_text}[/dim]")
             start = time.perf_counter()
             capture = opened_card.take(played)
             prediction = predictor.predict(capture.samples, predictor.sample_rate_hz)

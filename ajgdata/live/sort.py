@@ -9,9 +9,8 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ajgdata.acquire.card import Capture
+from ajgdata.acquire.card import Capture, Sound
 from ajgdata.acquire.live_session import REJECTED, LiveSession
 from ajgdata.acquire.protocol import PlannedGrasp
 from ajgdata.acquire.robot import UNNAMED, Robot, RobotGrasp
@@ -122,16 +121,16 @@ def detection_text(prediction: Prediction) -> str:
 class Sorter:
     """A run that sorts by a plan. Sound card, robot, session and log are open.
 
-    `played` float32 (n,) is the excitation. `labels` returns the targets of an object by its name,
-    and `target` is the target that decides the bin. The robot may raise EndedByPerson. Recordings
-    are stored in `session`, events in `log`; `control` stops the run. `recordings` is the number of
-    stored recordings.
+    `played` is the excitation, float32 (n,), or passive recording. `labels` returns the targets of
+    an object by its name, and `target` is the target that decides the bin. The robot may raise
+    EndedByPerson. Recordings are stored in `session`, events in `log`; `control` stops the run.
+    `recordings` is the number of stored recordings.
     """
 
     plan: SortPlan
     senses: Predictor
     card: Card
-    played: NDArray[np.float32]
+    played: Sound
     robot: Robot
     session: LiveSession
     log: EventLog

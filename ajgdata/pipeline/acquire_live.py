@@ -8,11 +8,14 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
 
-from numpy.typing import NDArray
-
-from ajgdata.acquire.card import CardSettings
+from ajgdata.acquire.card import CardSettings, Sound
 from ajgdata.acquire.guided import AcquisitionOutcome, GuidedAcquisition
-from ajgdata.acquire.live_session import LiveSession, live_session, recorded_microphone
+from ajgdata.acquire.live_session import (
+    LiveSession,
+    excitation_of,
+    live_session,
+    recorded_microphone,
+)
 from ajgdata.acquire.operator import Operator
 from ajgdata.acquire.protocol import plan_protocol, remaining
 from ajgdata.acquire.robot import Confirm, Robot, make_robot
@@ -30,7 +33,13 @@ from ajgdata.store.sessions import (
     read_recordings,
     read_session,
 )
-from ajgdata.types import AudioSettings, DataError, DatasetSpec, GraspProtocol
+from ajgdata.types import (
+    AudioSettings,
+    DataError,
+    DatasetSpec,
+    GraspProtocol,
+    PassiveRecording,
+)
 from ajgdata.types.base import checked
 from ajgdata.types.documentation import documentation
 from ajgdata.types.names import checked_name
@@ -90,8 +99,9 @@ def acquire_live(
         settings = checked(CardSettings, "sound card", keys)
         card_opener = open_card(settings)
         about = gripper_of(spec)
+    sound = excitation_of(paths, spec)
     with (
-        live_session(folder, spec, settings, {"protocol": stored}, about) as live,
+        live_session(folder, spec, sound, settings, {"protocol": stored}, about) as live,
         card_opener as card,
     ):
         card.resume(live.latency_samples)
@@ -102,7 +112,7 @@ def acquire_live(
             targets=spec.targets.keys() - {"object"},  # it has its own column
             features=spec.features,
             card=card,
-            played=stored_excitation(folder, settings.sample_rate_hz),
+            played=sound_of_session(folder, spec),
             robot=robot,
             operator=operator,
         )
@@ -155,9 +165,12 @@ def _check_robot(paths: Paths, dataset: str, protocol: GraspProtocol, operator: 
         raise DataError(paths.dataset(dataset), problem, fix)
 
 
-def stored_excitation(folder: Path, sample_rate_hz: int) -> NDArray[Any]:
-    """Return the excitation (n,) of a session, float32, as it is stored in 24 bits."""
-    audio = AudioSettings(sample_rate_hz=sample_rate_hz)
+def sound_of_session(folder: Path, spec: DatasetSpec) -> Sound:
+    """Return what a card plays in a session: the excitation (n,), float32, as it is stored in 24
+    bits, or the settings of passive recording."""
+    if isinstance(spec.excitation, PassiveRecording):
+        return spec.excitation
+    audio = AudioSettings(sample_rate_hz=spec.audio.sample_rate_hz)
     return read_audio(folder / EXCITATION_FILE, audio).samples
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,11 +11,20 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import TypeAdapter, ValidationError
 
-from ajgdata.acquire.excitation import excitation_samples
-from ajgdata.paths import DATASET_FILE, Paths
+from ajgdata.acquire.excitation import played_samples
+from ajgdata.paths import DATASET_FILE, SESSION_FILE, Paths
 from ajgdata.store.audio import AudioError, file_sha256, inspect_audio, read_channels
 from ajgdata.store.sessions import inside, read_session
-from ajgdata.types import WHOLE, DataError, DatasetSpec, Excitation, ExcitationSpec, Finding
+from ajgdata.types import (
+    WHOLE,
+    DataError,
+    DatasetSpec,
+    Excitation,
+    ExcitationSpec,
+    Finding,
+    PassiveRecording,
+    SoundFile,
+)
 
 #: Largest difference of samples of one sound in two files: a 16-bit file is rounded to 2^-16, a
 #: file of another bit depth to less, and some programs scale by 32767 instead of 32768.
@@ -42,7 +51,8 @@ def played_sound_issues(paths: Paths, spec: DatasetSpec, names: list[str]) -> It
 
     Sounds are compared with the sound of the first session, and with `excitation` of dataset.yaml.
     Imported sounds are compared with `excitation` only if dataset.yaml declares it, because its
-    default is not necessarily the sound that was played.
+    default is not necessarily the sound that was played. A session without a played sound is
+    compared with `excitation` if a sound card recorded it.
     """
     sounds: list[PlayedSound] = []
     for name in names:
@@ -51,7 +61,14 @@ def played_sound_issues(paths: Paths, spec: DatasetSpec, names: list[str]) -> It
         except DataError as error:
             yield _warning(name, error.where, error.problem, error.fix)
             continue
-        if sound is not None:
+        if isinstance(sound, PassiveRecording):
+            difference = _difference(sound, spec)
+            if difference is not None:
+                problem = f"was recorded with {sound.description}, not with `excitation` of "
+                problem += f"{DATASET_FILE} ({difference})"
+                fix = f"correct `excitation`, or {_SEPARATE}"
+                yield _warning(name, SESSION_FILE, problem, fix)
+        elif sound is not None:
             sounds.append(sound)
     for sound in sounds:
         file = sound.path.name
@@ -62,7 +79,7 @@ def played_sound_issues(paths: Paths, spec: DatasetSpec, names: list[str]) -> It
                 f"{first.session_id}, {_named(first)}"
             )
             yield _warning(sound.session_id, file, problem, _SEPARATE)
-        difference = _difference_from_declared(sound, spec)
+        difference = _difference_from_declared(paths, sound, spec)
         if difference is not None:
             problem = (
                 f"the played sound {_named(sound)} is not `excitation` of {DATASET_FILE} "
@@ -77,10 +94,10 @@ def _warning(session: str, file: object, problem: str, fix: str) -> Finding:
     return Finding(session, WHOLE, Path(str(file)).name, "warning", _CODE, problem, fix)
 
 
-def _played_sound(folder: Path) -> PlayedSound | None:
-    """Return the played sound of a session.
+def _played_sound(folder: Path) -> PlayedSound | PassiveRecording | None:
+    """Return the played sound of a session, or its settings of passive recording.
 
-    Return None if the session has none, or if session.yaml cannot be read, which is another issue.
+    Return None if the sound is unknown, or if session.yaml cannot be read, which is another issue.
     Raises DataError if the sha256 of the file differs from session.yaml.
     """
     try:
@@ -89,7 +106,9 @@ def _played_sound(folder: Path) -> PlayedSound | None:
         return None
     played = session.excitation
     if played is None:
-        return None
+        setup = {} if session.acquisition is None else session.acquisition.setup
+        stored = _declaration(setup.get("excitation"))
+        return stored if isinstance(stored, PassiveRecording) else None
     path = inside(folder, played.file)
     if file_sha256(path) != played.sha256:
         problem = "is not the played sound that session.yaml names (sha256 differs)"
@@ -135,7 +154,7 @@ def _same_samples(first: NDArray[Any], second: NDArray[Any]) -> bool:
     return float(np.abs(first - second).max()) <= SAME_SAMPLES
 
 
-def _difference_from_declared(sound: PlayedSound, spec: DatasetSpec) -> str | None:
+def _difference_from_declared(paths: Paths, sound: PlayedSound, spec: DatasetSpec) -> str | None:
     """Return the difference between a played sound and dataset.yaml; None without a difference.
 
     Return None also if dataset.yaml or session.yaml has no settings to compare.
@@ -143,14 +162,13 @@ def _difference_from_declared(sound: PlayedSound, spec: DatasetSpec) -> str | No
     settings = sound.about.settings
     if settings is not None:
         stored = _declaration(settings)
-        if stored is None:
-            return None
-        differing = _differing(stored.model_dump(), spec.excitation.model_dump())
-        return ", ".join(differing) or None
+        return None if stored is None else _difference(stored, spec)
     if "excitation" not in spec.model_fields_set:
         return None
     try:
-        declared = excitation_samples(spec.excitation, _rate_hz(sound))
+        declared = played_samples(spec.excitation, _rate_hz(sound), paths.root)
+    except DataError as error:
+        return error.problem
     except ValueError as error:
         return str(error)
     if _same_samples(_samples(sound), declared[:, np.newaxis]):
@@ -158,8 +176,8 @@ def _difference_from_declared(sound: PlayedSound, spec: DatasetSpec) -> str | No
     return "its samples differ"
 
 
-def _declaration(settings: Mapping[str, Any]) -> ExcitationSpec | None:
-    """Return the declaration that a session stores; None for settings of another version."""
+def _declaration(settings: Any) -> ExcitationSpec | None:
+    """Return the excitation that a session stores; None for settings of another version."""
     adapter: TypeAdapter[ExcitationSpec] = TypeAdapter(ExcitationSpec)
     try:
         return adapter.validate_python(settings)
@@ -167,11 +185,22 @@ def _declaration(settings: Mapping[str, Any]) -> ExcitationSpec | None:
         return None
 
 
-def _differing(stored: Mapping[str, Any], declared: Mapping[str, Any]) -> list[str]:
-    """Return the settings that differ, with both values."""
-    keys = dict.fromkeys([*stored, *declared])
-    return [
-        f"{key} {stored.get(key)}, declared {declared.get(key)}"
+def _difference(stored: ExcitationSpec, spec: DatasetSpec) -> str | None:
+    """Return the settings of an excitation that differ from dataset.yaml, with both values.
+
+    Return None without a difference. Of another kind, only the kind is named. The name of a file is
+    not compared, but its checksum.
+    """
+    if isinstance(spec.excitation, SoundFile) and not spec.excitation.sha256:
+        return f"{spec.excitation.file} is missing"
+    own = stored.model_dump(exclude={"file"})
+    declared = spec.excitation.model_dump(exclude={"file"})
+    keys = list(dict.fromkeys([*own, *declared]))
+    if own["kind"] != declared["kind"]:
+        keys = ["kind"]
+    differing = [
+        f"{key} {own.get(key)}, declared {declared.get(key)}"
         for key in keys
-        if stored.get(key) != declared.get(key)
+        if own.get(key) != declared.get(key)
     ]
+    return ", ".join(differing) or None

@@ -39,7 +39,7 @@ def acquire_virtual(paths: Paths, dataset: str, session: str) -> Acquired:
         raise DataError(session, problem, f"use one of {', '.join(session_names(recipe))}")
     (grasps,) = planned_grasps(path, spec, [session])
     solver = ResponseStore(paths.responses)
-    source = VirtualGripper(grasps[0].setup, solver, recipe.signal, spec.excitation)
+    source = VirtualGripper(grasps[0].setup, solver, recipe.signal, spec.excitation, paths.root)
     acquired = acquire_session(paths.session(dataset, session), source, grasps)
     counts = f"{acquired.recorded} recorded, {acquired.unchanged} already there"
     print(f"{counts}, {acquired.solved} scenes solved")
@@ -97,4 +97,4 @@ def grasp_simulator(paths: Paths, dataset: str) -> GraspSimulator | None:
     spec = read_dataset(paths, dataset)
     if spec.recipe is None:
         return None
-    return GraspSimulator(dataset, spec.recipe, spec.excitation, paths.responses)
+    return GraspSimulator(dataset, spec.recipe, spec.excitation, paths.responses, paths.root)

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from ajgdata.acquire.live_session import live_session
+from ajgdata.acquire.live_session import excitation_of, live_session
 from ajgdata.acquire.robot import Confirm
 from ajgdata.live.events import EventLog, Listener
 from ajgdata.live.predictor import Predictor
@@ -14,7 +14,7 @@ from ajgdata.live.sort import Sorter
 from ajgdata.live.steps import Control
 from ajgdata.loading import load_predictor
 from ajgdata.paths import Paths
-from ajgdata.pipeline.acquire_live import VIRTUAL, open_hands, store_card, stored_excitation
+from ajgdata.pipeline.acquire_live import VIRTUAL, open_hands, sound_of_session, store_card
 from ajgdata.store.sessions import check_one_source, list_sessions, read_dataset
 from ajgdata.types import DataError, DatasetSpec
 from ajgdata.types.protocol import NOTHING, SortPlan
@@ -42,6 +42,7 @@ def open_run(
     # Settings of the robot may contain hosts and tokens.
     settings = plan.model_dump(mode="json", exclude={"robot", "card"})
     setup = {"sort": {**settings, "target": target}}
+    sound = excitation_of(paths, spec)
     with (
         open_hands(
             paths,
@@ -54,7 +55,7 @@ def open_run(
             rate_hz=predictor.sample_rate_hz,
             microphone=predictor.audio.microphone,
         ) as (robot, card, gripper),
-        live_session(folder, spec, card.settings, setup, gripper) as live,
+        live_session(folder, spec, sound, card.settings, setup, gripper) as live,
         EventLog(paths.events(spec.name, session)) as log,
     ):
         log.listen(listen)
@@ -62,7 +63,7 @@ def open_run(
             plan=plan,
             senses=predictor,
             card=card,
-            played=stored_excitation(folder, card.settings.sample_rate_hz),
+            played=sound_of_session(folder, spec),
             robot=robot,
             session=live,
             log=log,

@@ -64,10 +64,12 @@ _SIMULATED = (
     "acquire/robot.py:Measured,NOTHING_MEASURED",
     "acquire/robot_numbers.py:FORCE",
     "acquire/virtual.py",
+    "store/audio.py:file_sha256,inspect_audio,read_audio",
     "store/responses.py",
+    "store/sessions.py:inside",
     "types/excitation.py",
     "types/recipe.py",
-    "types/settings.py:Level",
+    "types/settings.py:AudioSettings,Level",
 )
 _MODELS = ("models/*.py", "types/registry.py")
 #: Features -> recordings of a task.

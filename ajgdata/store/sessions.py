@@ -20,6 +20,7 @@ from ajgdata.store.files import (
     plain_text,
     read_model,
     read_yaml,
+    sha256_of,
     write_if_changed,
     yaml_bytes,
 )
@@ -33,6 +34,7 @@ from ajgdata.types import (
     Finding,
     Recording,
     Session,
+    SoundFile,
     checked_name,
     describe,
     is_reserved,
@@ -84,7 +86,22 @@ def read_dataset(paths: Paths, dataset: str) -> DatasetSpec:
     if spec.name != dataset:
         where = f"{path}:{line_of(path, ['name'])}"
         raise DataError(where, f"name = {spec.name!r}", f"use its folder's name, {dataset!r}")
-    return with_variants(paths, spec)
+    return with_variants(paths, _with_checksum_of_sound(paths, spec))
+
+
+def _with_checksum_of_sound(paths: Paths, spec: DatasetSpec) -> DatasetSpec:
+    """Return a declaration in which the file of the played sound has its checksum.
+
+    A published data set has the checksum, but the file itself may be missing.
+    """
+    sound = spec.excitation
+    if not isinstance(sound, SoundFile) or sound.sha256:
+        return spec
+    path = inside(paths.root, sound.file)
+    if not path.is_file():
+        return spec
+    present = sound.model_copy(update={"sha256": sha256_of(path.read_bytes())})
+    return spec.model_copy(update={"excitation": present})
 
 
 def read_declaration(path: Path) -> DatasetSpec:

@@ -10,8 +10,12 @@ from ajgdata.types.errors import DataError, NotPossibleError, many, one_line
 from ajgdata.types.excitation import (
     DEFAULT_EXCITATION,
     ExcitationSpec,
+    LinearSweep,
     LogSweep,
     MaximumLengthSequence,
+    PassiveRecording,
+    SoundFile,
+    WhiteNoise,
 )
 from ajgdata.types.issues import (
     ISSUE_LEVELS,

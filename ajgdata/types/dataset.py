@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from ajgdata.types.base import Distinct, Strict
-from ajgdata.types.excitation import DEFAULT_EXCITATION, ExcitationSpec, LogSweep
+from ajgdata.types.excitation import DEFAULT_EXCITATION, ExcitationSpec, PassiveRecording
 from ajgdata.types.names import Name
 from ajgdata.types.protocol import ACQUIRED_COLUMNS, GraspProtocol
 from ajgdata.types.recipe import Recipe
@@ -122,7 +122,9 @@ class DatasetSpec(Strict):
         AudioSettings(), description="sample rate and channel of the recordings"
     )
     excitation: ExcitationSpec = Field(
-        DEFAULT_EXCITATION, description="played sound; default: the one-second sweep of the paper"
+        DEFAULT_EXCITATION,
+        description="played sound, or passive recording; default: the one-second sweep of the "
+        "paper",
     )
     features: FeatureSettings = Field(
         FeatureSettings(), description="settings of the spectrum of a recording"
@@ -194,15 +196,24 @@ class DatasetSpec(Strict):
         return self
 
     @model_validator(mode="after")
-    def _sweep_below_half_the_rate(self) -> DatasetSpec:
+    def _sound_below_half_the_rate(self) -> DatasetSpec:
         # The default sweep is exempt: it is not played if recordings are imported.
-        if "excitation" not in self.model_fields_set or not isinstance(self.excitation, LogSweep):
+        if "excitation" not in self.model_fields_set:
             return self
-        high_hz = self.excitation.high_hz
+        high_hz = getattr(self.excitation, "high_hz", None)
         rate_hz = self.audio.sample_rate_hz
-        if high_hz >= rate_hz / 2:
+        if high_hz is not None and high_hz >= rate_hz / 2:
             raise ValueError(
                 f"excitation.high_hz {high_hz:g} is not below half the rate of {rate_hz} Hz"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _recipe_has_a_played_sound(self) -> DatasetSpec:
+        if self.recipe is not None and isinstance(self.excitation, PassiveRecording):
+            raise ValueError(
+                "excitation.kind is none, but the virtual gripper records only a played sound: use "
+                "another kind, or remove the recipe"
             )
         return self
 

@@ -24,7 +24,7 @@ from pydantic import (
 )
 
 from ajgdata.types.base import Strict, describe, overridden
-from ajgdata.types.excitation import DEFAULT_EXCITATION, ExcitationSpec
+from ajgdata.types.excitation import ExcitationSpec
 from ajgdata.types.names import ModelName, Name
 from ajgdata.types.settings import FeatureSettings
 
@@ -106,10 +106,9 @@ class Variant(Changes):
         return FeatureSettings.model_validate({**own.model_dump(), **self.features})
 
     def played(self) -> ExcitationSpec:
-        """Return the changed played sound; its default peak is that of the default sound."""
+        """Return the changed played sound."""
         adapter: TypeAdapter[ExcitationSpec] = TypeAdapter(ExcitationSpec)
-        default = {"amplitude": DEFAULT_EXCITATION.amplitude}
-        return adapter.validate_python({**default, **self.excitation})
+        return adapter.validate_python(self.excitation)
 
     @model_validator(mode="after")
     def _possible(self) -> Variant:
@@ -117,6 +116,9 @@ class Variant(Changes):
             for key in ("bins_hz", "excitation", "features", "one_recording", "train"):
                 if key in self.model_fields_set:
                     raise ValueError(f"grasps and {key} exclude each other")
+        kind = self.excitation.get("kind")
+        if kind in ("file", "none"):
+            raise ValueError(f"excitation.kind {kind}: a variant plays only computed sounds")
         if self.bins_hz is not None and self.is_computed:
             raise ValueError("bins_hz selects stored features: write features.band_hz instead")
         if self.task is not None and self.is_computed:

@@ -11,6 +11,7 @@ from scipy.signal import fftconvolve
 
 from ajgdata.acquire.card import CardError, CardSettings
 from ajgdata.acquire.sound_card import SoundCard
+from ajgdata.acquire.trigger import Trigger
 
 RATE_HZ = 44_100
 
@@ -33,12 +34,13 @@ class Fault:
 @dataclass
 class FakeLine:
     """Line (see acquire.line) through `response`, after `latency` samples. `faults` are used one a
-    take; then none."""
+    take; then none. `room` (m,) is recorded from the moment at which the line listens."""
 
     response: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.5, -0.25]))
     latency: int = 1_024
     noise: float = 0.0
     faults: Sequence[Fault] = ()
+    room: np.ndarray = field(default_factory=lambda: np.zeros(0))
     takes: int = 0
     closed: bool = False
 
@@ -63,6 +65,22 @@ class FakeLine:
         if fault.nan:
             out[cut] = np.nan
         return out.astype(np.float32), fault.flags
+
+    def listen(self, trigger: Trigger) -> tuple[np.ndarray, tuple[str, ...]]:
+        assert not self.closed
+        fault = self.faults[self.takes] if self.takes < len(self.faults) else Fault()
+        self.takes += 1
+        out = np.zeros(trigger.before + trigger.longest)
+        count = 0 if fault.silent else len(self.room[: len(out)])
+        out[:count] = self.room[:count]
+        out += self.noise * np.random.default_rng(self.takes).standard_normal(out.shape)
+        samples = (fault.gain * out).astype(np.float32)
+        start = trigger.start(samples, len(samples))
+        if start is None:
+            return samples[:0], ()
+        if fault.nan:
+            samples[start + trigger.before] = np.nan
+        return samples[start : start + trigger.frames], fault.flags
 
     def describe(self) -> Mapping[str, Any]:
         return {"api": "fake"}

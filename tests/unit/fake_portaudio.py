@@ -32,6 +32,7 @@ class FakePortAudio:
 
     `blocks` are the sizes of the callbacks, in turn, none above the latency. `stops_after` frames
     the callbacks end without a word; `flags` are raised in the callback that begins at a frame.
+    `room` (n,) is recorded in addition, again and again.
     """
 
     listed: Sequence[dict[str, Any]] = (device("fake"),)
@@ -40,6 +41,7 @@ class FakePortAudio:
     blocks: Sequence[int] = (256, 64, 1_000)
     stops_after: float = float("inf")
     pause_s: float = 0.0
+    room: np.ndarray = field(default_factory=lambda: np.zeros(0, np.float32))
     flags: dict[int, str] = field(default_factory=dict)
     opened: dict[str, Any] = field(default_factory=dict)
     PortAudioError: type[Exception] = PortAudioError
@@ -96,6 +98,8 @@ class _Stream:
             names = ("input_overflow", "input_underflow", "output_overflow", "output_underflow")
             status = SimpleNamespace(**{name: name in raised for name in names})
             capture[:, 0] = delayed[:n]
+            if len(self._of.room):
+                capture[:, 0] += np.take(self._of.room, range(done, done + n), mode="wrap")
             self._callback(capture, played, n, None, status if raised else None)
             delayed = np.concatenate([delayed[n:], played.mean(axis=1) * self._channels[1]])
             done, turn = done + n, turn + 1

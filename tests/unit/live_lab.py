@@ -50,6 +50,10 @@ class Scripted:
         self.usual_dbfs = []
         self.announced = []
         self.problems = []
+        self.notes = []
+
+    def note(self, text):
+        self.notes.append(text)
 
     def announce(self, grasp, done, total):
         self.announced.append((grasp.name, done, total))

@@ -127,6 +127,7 @@ class Cell:
             live_session(
                 self.folder,
                 DatasetSpec(name="d", excitation=SWEEP),
+                sound,
                 CardSettings(device="fake"),
                 {"sort": {"target": "label"}},
                 {"source": "soundcard"},
