@@ -65,6 +65,7 @@ _SIMULATED = (
     "acquire/robot_numbers.py:FORCE",
     "acquire/virtual.py",
     "store/audio.py:file_sha256,inspect_audio,read_audio",
+    "store/ffmpeg.py",
     "store/responses.py",
     "store/sessions.py:inside",
     "types/excitation.py",

@@ -4,6 +4,7 @@ import doctest
 import importlib
 import json
 import math
+import re
 import runpy
 import sys
 from pathlib import Path
@@ -25,6 +26,7 @@ from ajgdata.pipeline.recipes import acquire_virtual
 from ajgdata.pipeline.train import train_model
 from ajgdata.store.features import read_store
 from ajgdata.store.sessions import read_dataset
+from ajgdata.types import DatasetSpec
 from ajgdata.types.protocol import RobotProgram
 from tools import examples
 
@@ -151,6 +153,24 @@ def test_spectrum(in_project):
     assert example["loudest_hz"] == 160 * 44_100 / 2048  # a bin of the spectrum
     with Image.open("spectrum.png") as image:
         assert image.size == (700, 400)
+
+
+def test_sounds(tmp_path, monkeypatch):
+    """The energy of a log sweep is equal in each octave, that of the other sounds in each hertz."""
+    monkeypatch.chdir(tmp_path)
+    percent = run("sounds")["percent_below_1_khz"]
+    assert percent["log_sweep"] == pytest.approx(100 * math.log(50) / math.log(1000), abs=1)
+    assert percent["linear_sweep"] == pytest.approx(100 * 980 / 19_980, abs=0.5)
+    assert percent["mls"] == pytest.approx(100 * 1_000 / 22_050, abs=0.5)
+    assert percent["noise"] == pytest.approx(100 * 1_000 / 22_050, abs=0.5)
+    assert percent["file"] > 90  # a tone of 800 Hz with a width of 30 Hz
+
+
+def test_settings_of_the_page_on_sounds_are_valid():
+    page = (FOLDER.parent / "sounds.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"^```yaml\n(.*?)^```", page, flags=re.M | re.S)
+    kinds = [DatasetSpec(name="d", **yaml.safe_load(block)).excitation.kind for block in blocks]
+    assert kinds == ["log_sweep", "linear_sweep", "noise", "file", "none"]
 
 
 def test_own_model(in_project):
