@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 from rich.markup import escape
@@ -50,6 +50,13 @@ ObjectOption = Annotated[
 TargetOption = Annotated[
     list[str] | None, typer.Option(help="label to predict, or `object`; repeatable")
 ]
+SegmentsOption = Annotated[
+    Literal["track", "table"] | None,
+    typer.Option(
+        help="files with many sounds: track (Audacity's labels NAME.txt next to NAME.wav), or "
+        "table (its columns start and end in s)"
+    ),
+]
 OnChangeOption = Annotated[
     OnChange, typer.Option(help="differences to take from the folder in a second import")
 ]
@@ -69,6 +76,13 @@ def import_command(
     ] = "",
     session: Annotated[str, typer.Option(help="session, or its template, e.g. '{day}'")] = "",
     object_: ObjectOption = "",
+    segments: SegmentsOption = None,
+    period: Annotated[
+        float | None, typer.Option(help="length of the segments in s, in each file or label")
+    ] = None,
+    offset: Annotated[
+        float | None, typer.Option(help="time before the first segment in s, with --period")
+    ] = None,
     target: TargetOption = None,
     reference: Annotated[
         bool, typer.Option("--reference", help="leave the audio in the folder")
@@ -89,7 +103,9 @@ def import_command(
 
     paths = find_project()
     known = paths.dataset(checked_name(dataset)).is_file()
-    if not (known or pattern or table):
+    rules = {"labels": segments, "period_s": period, "offset_s": offset}
+    given_rules = {key: value for key, value in rules.items() if value is not None}
+    if not (known or pattern or table or given_rules):
         check_file_names(folder)
     settings = _import_settings(
         pattern=pattern,
@@ -99,6 +115,7 @@ def import_command(
         placement=placement,
         session=session,
         object=object_,
+        segments=given_rules,
     )
     spec, result = import_folder(
         paths,
@@ -157,7 +174,7 @@ def check_file_names(folder: Path) -> None:
     raise DataError(folder, objection, fix)
 
 
-def _import_settings(**options: str) -> ImportSettings | None:
+def _import_settings(**options: Any) -> ImportSettings | None:
     """Return the settings of the options that are not empty; None if all are empty."""
     given = {key: value for key, value in options.items() if value}
     if not given:

@@ -73,14 +73,20 @@ def _accept_session(folder: Path) -> tuple[list[Accepted], list[NotAccepted]]:
         return [], []
     accepted = []
     not_accepted = []
+    digests: dict[str, str] = {}
+    decodable: set[str] = set()
     for recording in tracked(recordings, f"reading {folder.name}"):
         identity = (folder.name, recording.recording_id)
         try:
             path = audio_path(folder, session, recording)
-            digest = file_sha256(path)
+            if recording.file not in digests:
+                digests[recording.file] = file_sha256(path)
+            digest = digests[recording.file]
             if digest == recording.sha256:
                 continue
-            check_decodable(path)
+            if recording.file not in decodable:
+                check_decodable(path)
+                decodable.add(recording.file)
         except DataError as error:
             not_accepted.append(NotAccepted(*identity, error.problem, error.fix))
             continue

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -16,7 +17,14 @@ from ajgdata.store.features import FeatureRows
 from ajgdata.store.findings import read_findings
 from ajgdata.store.provenance import settings_digest
 from ajgdata.store.sessions import audio_path, read_recordings, read_session
-from ajgdata.types import DatasetSpec, FeatureSettings, Recording, Session
+from ajgdata.types import (
+    WHOLE_FILE,
+    DatasetSpec,
+    FeatureSettings,
+    Recording,
+    Segment,
+    Session,
+)
 
 #: Largest number of mean spectra in one figure.
 MAX_SPECTRA = 8
@@ -76,7 +84,16 @@ def samples(paths: Paths, spec: DatasetSpec, store: FeatureRows) -> Iterator[tup
         folder, about, recordings = read(session)
         row = recordings.get(recording_id)
         if row:
-            yield label, link_from_report(paths, audio_path(folder, about, row))
+            link = link_from_report(paths, audio_path(folder, about, row))
+            yield label, link + _media_fragment(row.segment)
+
+
+def _media_fragment(segment: Segment) -> str:
+    """Return the end of a link with which a browser plays only a segment of a file."""
+    if segment == WHOLE_FILE:
+        return ""
+    end = "" if math.isinf(segment.end_s) else f",{segment.end_s}"
+    return f"#t={segment.start_s}{end}"
 
 
 def mean_spectra(store: FeatureRows, spec: DatasetSpec) -> Spectra | None:

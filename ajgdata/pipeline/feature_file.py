@@ -42,6 +42,7 @@ from ajgdata.store.labels import (
     label_columns,
     levels_text,
     parse_levels,
+    sound_ids,
     without_copies,
 )
 from ajgdata.store.provenance import settings_digest, software
@@ -70,8 +71,8 @@ class RecordingRow:
 class Previous:
     """The last feature file.
 
-    `rows` are by session, then by (recording_id, sha256). `tables` has the digest of the tables of
-    each session.
+    `rows` are by session, then by recording_id and sound_id. `tables` has the digest of the tables
+    of each session.
     """
 
     rows: dict[str, dict[tuple[str, str], RecordingRow]] = field(
@@ -86,7 +87,7 @@ class Previous:
         """
         if self.tables.get(session) != tables:
             return {}
-        return {name: sha256 for name, sha256 in self.rows[session]}
+        return {name: row.sha256 for (name, _), row in self.rows[session].items()}
 
 
 @dataclass(frozen=True)
@@ -125,7 +126,7 @@ def build_feature_file(
     Many new recordings are computed by up to `threads` processes, with the same results.
 
     Return the numbers of recordings that were read and of features that were reused. A row of the
-    old `store` is reused if recording, sha256, settings and `code` are the same. Files of a session
+    old `store` is reused if recording, sound, settings and `code` are the same. Files of a session
     whose tables did not change are not read again.
 
     `quarantine` lists all issues. A recording is excluded if it cannot be used, is marked `reject`,
@@ -189,7 +190,7 @@ def _parts(
             session = check_session(folder, previous.trusted(name, tables))
             checked.append(session)
             for file in _used_files(session):
-                if (file.recording_id, file.sha256) not in previous.rows[name]:
+                if (file.recording_id, file.sound_id) not in previous.rows[name]:
                     yield name, file
 
     compute = partial(_named_row, audio=audio, features=features)
@@ -199,7 +200,7 @@ def _parts(
         name = session.session_id
         rows = {
             file.recording_id: computed.get((name, file.recording_id))
-            or previous.rows[name][file.recording_id, file.sha256]
+            or previous.rows[name][file.recording_id, file.sound_id]
             for file in _used_files(session)
         }
         count = sum((name, recording_id) in computed for recording_id in rows)
@@ -225,7 +226,7 @@ def _row(
     session: str, file: AudioFile, audio: AudioSettings, features: FeatureSettings
 ) -> RecordingRow:
     """Read a file of a session and compute its feature."""
-    result = examine(file.path, audio, features.window, features.band_hz)
+    result = examine(file.path, audio, features.window, features.band_hz, file.segment)
     issues = tuple(finding(session, file.recording_id, file.path, r) for r in result.remarks)
     if result.samples is None:
         return RecordingRow(None, issues, file.sha256)
@@ -291,8 +292,8 @@ def _with_attributes(
 ) -> FeatureRows:
     """Return the table with attributes: its data set, settings, software and inputs."""
     sources = set(table.columns["source"].values) if "source" in table.columns else set()
-    rows = zip(table.columns["recording"].values, table.columns["sha256"].values, strict=True)
-    inputs = sha256_of("\n".join(f"{name} {sha256}" for name, sha256 in rows).encode())
+    rows = zip(table.columns["recording"].values, sound_ids(table), strict=True)
+    inputs = sha256_of("\n".join(f"{name} {sound_id}" for name, sound_id in rows).encode())
     attrs = {
         "settings": settings_text(audio, features),
         SETTINGS_ATTRIBUTE: digest,
@@ -326,12 +327,13 @@ def _previous(path: Path, quarantine: Path, hashes: Path, digest: str) -> Previo
     previous.tables.update(recorded.tables)
     keys = ("recording", "session_id", "sha256", "flags", CHANNEL_LEVELS)
     texts = zip(*(table.columns[key].values.tolist() for key in keys), strict=True)
-    for feature, (name, session, sha256, flags, levels) in zip(table.feature, texts, strict=True):
+    rows = zip(table.feature, sound_ids(table), texts, strict=True)
+    for feature, sound_id, (name, session, sha256, flags, levels) in rows:
         codes = set(filter(None, flags.split(",")))
         known = tuple(issue for issue in issues_of[name] if issue.code in codes)
         if {issue.code for issue in known} == codes:  # otherwise the two files are of two runs
             row = name.partition("/")[2]
-            previous.rows[session][row, sha256] = RecordingRow(
+            previous.rows[session][row, sound_id] = RecordingRow(
                 feature, known, sha256, parse_levels(levels)
             )
     return previous

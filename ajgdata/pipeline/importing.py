@@ -102,27 +102,30 @@ def import_folder(
 
 def _chosen(options: ImportSettings | None, declared: DatasetSpec | None) -> ImportSettings:
     """Return the given settings, completed by dataset.yaml or by the starter kit's convention."""
-    before = declared.imports if declared else ImportSettings(pattern="starter-kit")
     if options is None:
-        return before
+        return declared.imports if declared else ImportSettings(pattern="starter-kit")
+    before = ImportSettings(pattern="" if options.segments else "starter-kit")
+    if declared:
+        before = declared.imports
     if options.pattern or options.table:  # the stored settings are for another way of reading
         return options.model_copy(update={"join": before.join})
-    return before.model_copy(update=options.model_dump(exclude_defaults=True))
+    given = options.model_dump(exclude_defaults=True)
+    return before.model_copy(update={name: getattr(options, name) for name in given})
 
 
 def _read(scanned: Scan) -> Contents:
     """Return sha256 and header of every file that can be read; problems become remarks."""
     contents: Contents = {}
-    for file in tracked(scanned.files, "reading"):
+    for path in tracked(list(dict.fromkeys(file.path for file in scanned.files)), "reading"):
         try:
-            digest, info = hash_and_inspect(scanned.folder / file.path)
+            digest, info = hash_and_inspect(scanned.folder / path)
         except AudioError as error:
             reason = f"{error.problem}; {error.fix}"
-            scanned.remarks["failed"].append((file.path.as_posix(), reason))
+            scanned.remarks["failed"].append((path.as_posix(), reason))
             continue
         if isinstance(info, AudioError):
-            scanned.remarks["unreadable"].append((file.path.as_posix(), info.problem))
-        contents[file.path] = digest, None if isinstance(info, AudioError) else info
+            scanned.remarks["unreadable"].append((path.as_posix(), info.problem))
+        contents[path] = digest, None if isinstance(info, AudioError) else info
     return contents
 
 

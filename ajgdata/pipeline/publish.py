@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 from zipfile import ZipFile
@@ -15,9 +15,9 @@ from ajgdata.pipeline.progress import tracked
 from ajgdata.pipeline.published_version import check_version
 from ajgdata.pipeline.session_differences import check_equal, read_session_tables
 from ajgdata.report import card
-from ajgdata.store.audio import file_sha256
+from ajgdata.store.audio import file_sha256, segment_bytes
 from ajgdata.store.code_hash import code_hash
-from ajgdata.store.features import FeatureRows, read_store
+from ajgdata.store.features import FeatureRows, read_store, text_column
 from ajgdata.store.files import copy, json_bytes, replacing_folder, sha256_of, yaml_bytes
 from ajgdata.store.findings import read_findings
 from ajgdata.store.freshness import check_up_to_date
@@ -30,7 +30,7 @@ from ajgdata.store.publishing.datapackage import datapackage
 from ajgdata.store.publishing.table import FILE_NAME, PublishedTable, table_of
 from ajgdata.store.publishing.typed_table import parquet_bytes
 from ajgdata.store.sessions import audio_path, inside, read_dataset, write_session
-from ajgdata.types import DataError, DatasetSpec, Recording, Session
+from ajgdata.types import WHOLE_FILE, DataError, DatasetSpec, Recording, Session
 from ajgdata.types.formats import DATASET_FORMAT, FORMAT_KEY
 
 
@@ -67,7 +67,8 @@ def publish(
 ) -> Published:
     """Write the data set `dataset` with its features into the folder `out`, all or nothing.
 
-    It contains the recordings of the feature file `store` (default: that of `load_features`).
+    A segment of a long file becomes a file with the same samples. The folder contains the
+    recordings of the feature file `store` (default: that of `load_features`).
     Raises DataError, and keeps the old folder, if features are missing or differ from the
     recordings of the sessions, if the folder has the same version with other content, or if another
     process publishes there.
@@ -90,8 +91,8 @@ def publish(
     features_sha256 = file_sha256(features)
     contents = _contents(paths, spec, features)
     check_up_to_date(paths, spec, session_names(spec.recipe))
-    suffixes = [path.suffix.lower() for _, path in contents.recordings.values()]
-    table = table_of(contents.store, suffixes, features)
+    suffixes = [_suffix(*recording) for recording in contents.recordings.values()]
+    table = table_of(_with_published_hashes(contents), suffixes, features)
     with locked(out, "publishing into it"), replacing_folder(out) as folder:
         tree = Tree(folder)
         copy(features, tree / tree.FEATURES)
@@ -155,22 +156,56 @@ def _write(tree: Tree, name: str, content: bytes) -> None:
     path.write_bytes(content)
 
 
+def _suffix(recording: Recording, path: Path) -> str:
+    """Return the suffix of the published file of a recording."""
+    return path.suffix.lower() if recording.segment == WHOLE_FILE else ".wav"
+
+
+def _with_published_hashes(contents: _Contents) -> FeatureRows:
+    """Return the feature file with the sha256 of the published file of each segment.
+
+    Raises DataError if the file of a segment changed since its features were computed.
+    """
+    store = contents.store
+    hashes = dict(zip(contents.recordings, store.columns["sha256"].values.tolist(), strict=True))
+    digests: dict[Path, str] = {}
+    for name, (recording, path) in contents.recordings.items():
+        if recording.segment == WHOLE_FILE:
+            continue
+        if path not in digests:
+            digests[path] = file_sha256(path)
+        if digests[path] != hashes[name]:
+            raise _changed(contents, path)
+        hashes[name] = sha256_of(segment_bytes(path, recording.segment))
+    meaning = store.columns["sha256"].attrs["long_name"]
+    columns = {**store.columns, "sha256": text_column([*hashes.values()], long_name=meaning)}
+    return replace(store, columns=columns)
+
+
+def _changed(contents: _Contents, path: Path) -> DataError:
+    """Return the error of a file that changed since its features were computed."""
+    dataset = contents.store.attrs["data_set"]
+    problem = "its bytes changed since its features were computed"
+    fix = f"restore it, or use `ajgdata check {dataset} --accept` and run again"
+    return DataError(path, problem, fix)
+
+
 def _write_audio(tree: Tree, table: PublishedTable, contents: _Contents) -> None:
-    """Copy every recording into a file and into the archive; it is read once."""
+    """Write every recording into a file and into the archive."""
     names = tracked(list(contents.recordings), "copying")
     with ZipFile(tree / tree.ARCHIVE, "w") as packed:
         for row, name in zip(table.rows, names, strict=True):
-            _, path = contents.recordings[name]
+            recording, path = contents.recordings[name]
             try:
-                content = path.read_bytes()
+                if recording.segment == WHOLE_FILE:
+                    content = path.read_bytes()
+                else:
+                    content = segment_bytes(path, recording.segment)
             except OSError as error:
                 fix = "restore it, or compute its features again"
                 raise DataError(path, f"cannot be read ({error.strerror})", fix) from None
             if sha256_of(content) != row["sha256"]:
-                problem = "its bytes changed since its features were computed"
-                dataset = contents.store.attrs["data_set"]
-                fix = f"restore it, or use `ajgdata check {dataset} --accept` and run again"
-                raise DataError(path, problem, fix)
+                raise _changed(contents, path)
             _write(tree, row[FILE_NAME], content)
             archive.add(packed, row[FILE_NAME], content)
 
@@ -200,7 +235,7 @@ def _write_sessions(
             if row["session_id"] == name:
                 file = row[FILE_NAME].replace(f"/{name}/", "/", 1)
                 recording, _ = contents.recordings[row["recording"]]
-                update = {"file": file, "sha256": row["sha256"]}
+                update = {"file": file, "sha256": row["sha256"], "start_s": None, "end_s": None}
                 recordings.append(recording.model_copy(update=update))
         folder = (tree / tree.session(name)).parent
         write_session(folder, session.model_copy(update=changed), recordings)

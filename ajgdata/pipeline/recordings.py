@@ -13,10 +13,19 @@ import numpy as np
 
 from ajgdata.features.checks import check_audio
 from ajgdata.paths import Paths
-from ajgdata.store.audio import AudioError, Remark, read_audio
-from ajgdata.store.session_audio import checked_sha256
+from ajgdata.store.audio import AudioError, Remark, file_sha256, read_audio
+from ajgdata.store.session_audio import check_unchanged
 from ajgdata.store.sessions import audio_path, read_recordings, read_session
-from ajgdata.types import AudioSettings, DataError, Finding, NotPossibleError, Recording, Session
+from ajgdata.types import (
+    WHOLE_FILE,
+    AudioSettings,
+    DataError,
+    Finding,
+    NotPossibleError,
+    Recording,
+    Segment,
+    Session,
+)
 
 
 @dataclass(frozen=True)
@@ -33,11 +42,16 @@ class Examined:
 
 
 def examine(
-    path: Path, audio: AudioSettings, window: int, band_hz: tuple[float, float] | None = None
+    path: Path,
+    audio: AudioSettings,
+    window: int,
+    band_hz: tuple[float, float] | None = None,
+    segment: Segment = WHOLE_FILE,
 ) -> Examined:
-    """Read and check one recording for a feature with windows of `window` samples and `band_hz`."""
+    """Read and check one recording, a file or a segment of it, for a feature with windows of
+    `window` samples and `band_hz`."""
     try:
-        read = read_audio(path, audio)
+        read = read_audio(path, audio, segment)
     except AudioError as error:
         return Examined(None, (error.remark,))
     remarks = tuple(check_audio(read, window, band_hz))
@@ -60,6 +74,7 @@ class RecordingReader:
 
         Raises NotPossibleError for a recording that cannot be used, or whose file was edited.
         """
+        digests: dict[Path, str] = {}
         for name in names:
             session, _, recording_id = name.partition("/")
             declared, rows = self._session(dataset, session)
@@ -67,10 +82,12 @@ class RecordingReader:
             folder = self._paths.session(dataset, session)
             try:
                 path = audio_path(folder, declared, row)
-                checked_sha256(path, row.sha256, dataset)
+                if path not in digests:
+                    digests[path] = file_sha256(path)
+                check_unchanged(path, digests[path], row.sha256, dataset)
             except DataError as error:
                 raise NotPossibleError(f"recording {name!r}: {error.problem}") from None
-            samples = examine(path, self._audio[dataset], window).samples
+            samples = examine(path, self._audio[dataset], window, segment=row.segment).samples
             if samples is None:
                 raise NotPossibleError(
                     f"recording {name!r} cannot be used with a window of {window}: see its data "

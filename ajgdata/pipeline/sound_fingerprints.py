@@ -16,14 +16,14 @@ from ajgdata.pipeline.recordings import examine
 from ajgdata.pipeline.similar_sounds import Sounds, leak_issues, sound_issues
 from ajgdata.store.features import read_store
 from ajgdata.store.findings import is_rejected
-from ajgdata.store.labels import comparable_labels
+from ajgdata.store.labels import comparable_labels, sound_ids
 from ajgdata.store.session_audio import check_session
 from ajgdata.store.sessions import list_sessions, read_dataset, read_recordings
 from ajgdata.types import DataError, DatasetSpec, Finding, Target
 
 
 class Fingerprints:
-    """Fingerprints of files by the sha256 of their bytes, for one choice of settings."""
+    """Fingerprints of recordings by `Segment.sound_id`, for one choice of settings."""
 
     def __init__(self, paths: Paths, spec: DatasetSpec) -> None:
         """Start with the fingerprints of the feature file of a data set."""
@@ -33,15 +33,15 @@ class Fingerprints:
         self._spectra: dict[str, np.ndarray] = {}
         self.known = _stored_fingerprints(paths.features(spec.name), spec)
 
-    def add(self, sha256: str, samples: np.ndarray | None) -> None:
+    def add(self, sound_id: str, samples: np.ndarray | None) -> None:
         """Compute the spectrum of samples (n,), unless it is known or they have none."""
-        if samples is None or sha256 in self.known:
+        if samples is None or sound_id in self.known:
             return
         try:
             values = spectrum(samples, self._audio.sample_rate_hz, self._features)
         except ValueError:  # the feature job reports it
             return
-        self._spectra[sha256] = values
+        self._spectra[sound_id] = values
 
     def finish(self) -> None:
         """Replace the spectra since the last call by fingerprints, which need less memory."""
@@ -59,15 +59,15 @@ class Fingerprints:
     ) -> Sounds:
         """Return the recordings that have a fingerprint and are not references.
 
-        `recordings` are name `<session>/<recording_id>`, sha256 and row of labels.
+        `recordings` are name `<session>/<recording_id>`, sound_id and row of labels.
         """
         used = [
-            (name, digest, row)
-            for name, digest, row in recordings
-            if digest in self.known and not row.get(REFERENCE)
+            (name, sound_id, row)
+            for name, sound_id, row in recordings
+            if sound_id in self.known and not row.get(REFERENCE)
         ]
         bands = len(next(iter(self.known.values()), np.zeros(0)))
-        prints = np.asarray([self.known[digest] for _, digest, _ in used], np.float32)
+        prints = np.asarray([self.known[sound_id] for _, sound_id, _ in used], np.float32)
         return Sounds(
             [name for name, _, _ in used],
             [f"{name.partition('/')[0]}/{row['grasp_id']}" for name, _, row in used],
@@ -78,7 +78,7 @@ class Fingerprints:
 
 
 def _stored_fingerprints(path: Path, spec: DatasetSpec) -> dict[str, np.ndarray]:
-    """Return the fingerprints of a feature file with the settings of a data set, by sha256."""
+    """Return the fingerprints of a feature file with the settings of a data set, by sound_id."""
     if not path.is_file():
         return {}
     try:
@@ -87,9 +87,8 @@ def _stored_fingerprints(path: Path, spec: DatasetSpec) -> dict[str, np.ndarray]
         return {}
     if table.attrs.get("settings") != settings_text(spec.audio, spec.features):
         return {}
-    digests = [str(digest) for digest in table.columns["sha256"].values]
     prints = similarity.fingerprints(table.feature, table.frequency_hz, spec.features.quantity)
-    return dict(zip(digests, prints, strict=True))
+    return dict(zip(sound_ids(table), prints, strict=True))
 
 
 def checked_sounds(paths: Paths, spec: DatasetSpec, sounds: Sounds) -> list[Finding]:
@@ -135,11 +134,12 @@ def dataset_sounds(paths: Paths, dataset: str) -> Sounds | None:
         for file in session.files:
             if file.recording_id not in labels:
                 continue
-            if file.sha256 not in prints.known:
-                samples = examine(file.path, spec.audio, spec.features.window).samples
-                prints.add(file.sha256, samples)
+            if file.sound_id not in prints.known:
+                window = spec.features.window
+                result = examine(file.path, spec.audio, window, segment=file.segment)
+                prints.add(file.sound_id, result.samples)
             name = f"{session.session_id}/{file.recording_id}"
-            recordings.append((name, file.sha256, labels[file.recording_id]))
+            recordings.append((name, file.sound_id, labels[file.recording_id]))
         prints.finish()
     sounds = prints.sounds(recordings, {})
     return sounds if sounds.recordings else None
@@ -151,4 +151,4 @@ def _known_hashes(folder: Path, prints: Fingerprints) -> dict[str, str]:
         recordings = read_recordings(folder)[0]
     except DataError:
         return {}
-    return {row.recording_id: row.sha256 for row in recordings if row.sha256 in prints.known}
+    return {row.recording_id: row.sha256 for row in recordings if row.sound_id in prints.known}

@@ -25,7 +25,7 @@ from ajgdata.store.sessions import (
 )
 from ajgdata.types import WHOLE, DataError, DatasetSpec, Finding
 
-#: Name `<session>/<recording_id>`, sha256 and row of labels of a recording.
+#: Name `<session>/<recording_id>`, sound_id and row of labels of a recording.
 LabelledFile = tuple[str, str, Mapping[str, str]]
 
 
@@ -85,8 +85,9 @@ def _check_session(session: SessionAudio, spec: DatasetSpec, prints: Fingerprint
     levels: dict[str, tuple[float, ...]] = {}
     # One after the other: threads wait for Python's lock, and need twice the CPU time.
     for file in tracked(session.files, f"checking {name}"):
-        result = examine(file.path, spec.audio, spec.features.window, spec.features.band_hz)
-        prints.add(file.sha256, result.samples)
+        window = spec.features.window
+        result = examine(file.path, spec.audio, window, spec.features.band_hz, file.segment)
+        prints.add(file.sound_id, result.samples)
         issues += [finding(name, file.recording_id, file.path, r) for r in result.remarks]
         if result.levels_db and not is_rejected(rows[file.recording_id]):
             levels[file.recording_id] = result.levels_db
@@ -103,7 +104,7 @@ def _usable_files(session: SessionAudio, issues: Sequence[Finding]) -> list[Labe
     }
     labels = {row["recording_id"]: row for row in session.labels}
     return [
-        (f"{session.session_id}/{file.recording_id}", file.sha256, labels[file.recording_id])
+        (f"{session.session_id}/{file.recording_id}", file.sound_id, labels[file.recording_id])
         for file in session.files
         if file.recording_id not in unusable
     ]
@@ -114,9 +115,9 @@ def _check_copies(
 ) -> list[Finding]:
     """Return issues of equal bytes, and of equal or similar sounds."""
     names = [name for name, _, _ in used]
-    digests = [digest for _, digest, _ in used]
+    sounds = [sound_id for _, sound_id, _ in used]
     labels = [comparable_labels(row, spec.targets) for _, _, row in used]
-    copied = copies(names, digests, labels)
+    copied = copies(names, sounds, labels)
     distinct = [recording for number, recording in enumerate(used) if number not in copied]
     return [*copied.values(), *checked_sounds(paths, spec, prints.sounds(distinct, spec.targets))]
 

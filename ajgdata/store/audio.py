@@ -11,6 +11,7 @@ import hashlib
 import io
 import math
 import re
+import struct
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -49,6 +50,8 @@ _READS_DESCRIPTORS = sys.platform != "win32"
 #: Encodings of libsndfile in which a read from the middle of a file gives exactly the samples of a
 #: read of the complete file. Other decoders depend on earlier samples.
 _SEEKABLE = ("PCM_", "ALAC_", "FLOAT", "DOUBLE", "ULAW", "ALAW")
+#: Encodings with integers that WAV files can have.
+_WAV_INTEGERS = ("PCM_U8", "PCM_16", "PCM_24", "PCM_32")
 _RECORD_AGAIN = "record it again, or fetch a whole copy"
 
 
@@ -171,6 +174,44 @@ def read_channels(path: Path, max_s: float, max_values: int) -> Float32:
         frames = min(math.ceil(max_s * info.sample_rate_hz), max_values // info.channels)
         samples: Float32 = file.read(frames, dtype="float32", always_2d=True)
     return samples
+
+
+def segment_bytes(path: Path, segment: Segment) -> bytes:
+    """Return a segment as a WAV file with all channels and unchanged samples.
+
+    Samples of integers keep their encoding, and all other samples are 32-bit floats. Raises
+    AudioError as `read_audio` does.
+    """
+    with _bytes(path) as stream, _decoded(path, stream) as file:
+        info = _info(path, file)
+        first, end = _frames(path, info, segment)
+        if not isinstance(file, soundfile.SoundFile) or info.subtype not in _WAV_INTEGERS:
+            return _float_wav(_segment_samples(path, file, first, end), info.sample_rate_hz)
+        file.seek(first)
+        codes = file.read(end - first, dtype="int32", always_2d=True)
+    content = io.BytesIO()
+    kind: dict[str, Any] = {"subtype": info.subtype, "format": "WAV"}
+    with soundfile.SoundFile(content, "w", info.sample_rate_hz, info.channels, **kind) as new:
+        if info.comment:
+            new.comment = info.comment
+        new.write(codes)
+    return content.getvalue()
+
+
+def _float_wav(samples: Float32, sample_rate_hz: int) -> bytes:
+    """Return samples (frames, channels) as a WAV file of 32-bit floats.
+
+    libsndfile would write the present time into the file.
+    """
+    channels = samples.shape[1]
+    frame_bytes = 4 * channels
+    rates = (sample_rate_hz, sample_rate_hz * frame_bytes)
+    layout = struct.pack("<HHIIHHH", 3, channels, *rates, frame_bytes, 32, 0)  # 3: floats
+    data = np.ascontiguousarray(samples, "<f4").tobytes()
+    chunks = {b"fmt ": layout, b"fact": struct.pack("<I", len(samples)), b"data": data}
+    parts = [name + struct.pack("<I", len(content)) + content for name, content in chunks.items()]
+    body = b"WAVE" + b"".join(parts)
+    return b"RIFF" + struct.pack("<I", len(body)) + body
 
 
 def check_decodable(path: Path) -> None:

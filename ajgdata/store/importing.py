@@ -6,6 +6,7 @@ Rows of a session and files of the folder are matched by sha256, then by path. I
 
 from __future__ import annotations
 
+import math
 import os
 import re
 import shutil
@@ -14,6 +15,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 from pydantic import ValidationError
 
@@ -32,7 +34,7 @@ from ajgdata.store.sessions import (
     read_session,
     write_session,
 )
-from ajgdata.types import DataError, Excitation, OnChange, Recording, Session, describe
+from ajgdata.types import WHOLE_FILE, DataError, Excitation, OnChange, Recording, Session, describe
 from ajgdata.types.shell import shell_quoted
 
 #: Digits of the sha256 in the name of a copy whose path another recording has.
@@ -48,6 +50,10 @@ OTHER_BYTES = (
 SEVERAL_FOLDERS = (
     "the session has recordings of several folders, so nothing of it is replaced. If this is "
     "another recording or sound, import its folder with another --session"
+)
+OTHER_TIMES = (
+    "has other times in the folder. If the label track or table was corrected, --on-change files"
+    " takes the times; else import the folder with --session"
 )
 OTHER_LABEL = "stays; --on-change labels takes the folder's"
 OTHER_PLAYED = (
@@ -209,7 +215,9 @@ class _SessionImport:
         )
         #: Spelling of each grasp of the session: the canonical one if there are several.
         self.known_grasps = {grasp_key(text): text for text in canonical_last}
-        self.original_files = {row.file for row in self.rows.values()}
+        self.original_files = {row.file: row.sha256 for row in self.rows.values()}
+        #: Files that this import has copied.
+        self.copied: set[str] = set()
         self.session_template = scanned.session_template
         self.is_only_folder = not self.declared.has_several_folders
         if self.declared.source != new.source or self.declared.audio_root != root:
@@ -266,7 +274,8 @@ class _SessionImport:
         Files that the pattern or table does not read are compared only if recordings seem to be
         edited, or to be replaced by new files.
         """
-        stored = [StoredFile(self._original(row), row.sha256) for row in self.rows.values()]
+        files_of_rows = (StoredFile(self._original(row), row.sha256) for row in self.rows.values())
+        stored = list(dict.fromkeys(files_of_rows))
         paths = {item.path for item in stored if (self.folder / item.path).is_file()}
         digests = {digest for digest, _ in contents.values()}
         compared = compare_folder(stored, files, paths, digests)
@@ -316,7 +325,8 @@ class _SessionImport:
                 rows = sorted(self.rows.values(), key=lambda row: row.recording_id)
                 write_session(self.target, self.declared, rows)
         if self.copy:
-            for file_name in pruned:
+            remaining = {row.file for row in self.rows.values()}
+            for file_name in set(pruned) - remaining:
                 (self.target / file_name).unlink(missing_ok=True)
 
     def _prune(self, names: Sequence[tuple[ScannedFile, str]], contents: Contents) -> list[str]:
@@ -377,18 +387,18 @@ class _SessionImport:
     def _matched(self, contents: Contents) -> list[tuple[ScannedFile, str]]:
         """Return each readable file with the recording_id of its row.
 
-        It is the row with the sha256 of the file (and its path, if there are several), else the row
-        with its path or recording_id, else a new row.
+        It is the row with the sha256 and segment of the file (and its path, if there are several),
+        else the row with its path and segment or recording_id, else a new row.
         """
-        by_file = {row.file: name for name, row in self.rows.items()}
+        by_file = {(row.file, row.segment): name for name, row in self.rows.items()}
         by_digest: dict[str, list[str]] = defaultdict(list)
         for name, row in sorted(self.rows.items()):
-            by_digest[row.sha256].append(name)
+            by_digest[row.sound_id].append(name)
         matches = []
         for file in self.files:
             if file.path in contents:
-                same_bytes = by_digest[contents[file.path][0]]
-                same_path = by_file.get(self._file_name(file.path), "")
+                same_bytes = by_digest[file.segment.sound_id(contents[file.path][0])]
+                same_path = by_file.get((self._file_name(file.path), file.segment), "")
                 if same_path in same_bytes:
                     step = 0
                     ids = [same_path]
@@ -422,13 +432,17 @@ class _SessionImport:
                 reason = f"has different bytes in the folder, and {SEVERAL_FOLDERS}"
             self.remarks["kept"].append((name, reason))
             return
+        if old and old.segment != file.segment and not self._takes_files:
+            self.remarks["kept"].append((name, OTHER_TIMES))
+            return
         try:
             new = self._row(file, name, digest)
         except ValidationError as error:
             problem = describe(error, file.path)
             self.remarks["failed"].append((problem.where, f"{problem.problem}; {problem.fix}"))
             return
-        if self.copy and not (old and old.sha256 == digest and (self.target / old.file).is_file()):
+        is_stored = self.original_files.get(new.file) == digest
+        if self.copy and not (is_stored and (self.target / new.file).is_file()):
             self._copy(file.path, new.file)
         if old:
             new = self._merged(old, new, has_quality=bool(file.cells["quality"]))
@@ -445,7 +459,7 @@ class _SessionImport:
         target = self._file_name(file.path)
         if self.copy and name in self.rows:
             target = self.rows[name].file
-        elif self.copy and target in self.original_files:  # of a recording that was moved
+        elif self.copy and self.original_files.get(target, digest) != digest:  # it was moved
             target = f"{Path(target).with_suffix('')}~{digest[:DIGEST_DIGITS]}{file.path.suffix}"
         defaults = {"sample": "0", "quality": "ok"}
         cells = {column: file.cells[column] or defaults.get(column, "") for column in CELLS}
@@ -453,11 +467,23 @@ class _SessionImport:
             grasp = cells["grasp_id"]
             key = grasp_key(grasp) if file.has_grasp_parts else (canonical(grasp),)
             cells["grasp_id"] = self.known_grasps.get(key, grasp)
-        values = {"recording_id": name, "file": target, "sha256": digest, "labels": file.labels}
+        values: dict[str, Any] = {
+            "recording_id": name,
+            "file": target,
+            "sha256": digest,
+            "labels": file.labels,
+        }
+        if file.segment != WHOLE_FILE:
+            values["start_s"] = file.segment.start_s
+            if not math.isinf(file.segment.end_s):
+                values["end_s"] = file.segment.end_s
         return Recording.model_validate(cells | values)
 
     def _copy(self, path: Path, file: str) -> None:
-        """Copy a file of the folder to `file` of the session, in one step."""
+        """Copy a file of the folder to `file` of the session, in one step, once per import."""
+        if file in self.copied:
+            return
+        self.copied.add(file)
         destination = inside(self.target, file)
         temporary = self.target / AUDIO_FOLDER / ".copying"
         destination.parent.mkdir(parents=True, exist_ok=True)

@@ -11,7 +11,7 @@ from contextlib import suppress
 import numpy as np
 
 from ajgdata.store.features import FeatureColumn, FeatureRows, text_column
-from ajgdata.types import Finding, Target
+from ajgdata.types import SEGMENT_COLUMNS, Finding, Segment, Target
 from ajgdata.types.robot_columns import is_robot_column, robot_unit
 
 #: Columns of the table of labels that identify rows; all other columns become coordinates.
@@ -30,6 +30,8 @@ MEANINGS = {
     "source": "virtual or virtual-import (simulated), soundcard or import",
     "gripper": "gripper",
     "medium": "granular medium in the gripper",
+    "start_s": "begin of the recording in the recorded file; missing: the begin of this file",
+    "end_s": "end of the recording in the recorded file; missing: the end of this file",
     CHANNEL_LEVELS: "level of each channel of the file, relative to full scale and without offset",
 }
 #: Meaning of the columns with the numbers of the robot's program.
@@ -120,7 +122,7 @@ def label_columns(
 
     The name of the session before `recording`, `grasp_id` and `placement_id` makes them unique in
     the data set. A row that lacks a column of `names` has a missing value. A column of the robot's
-    program has numbers, unless a cell is another text.
+    program has numbers, unless a cell is another text. The times of segments are numbers.
     """
     samples = np.asarray([int(row["sample"]) for row in rows], np.int32)
     columns = {
@@ -153,7 +155,11 @@ def placement_name(row: Mapping[str, str]) -> str:
 
 
 def _standard(name: str, values: Sequence[str]) -> FeatureColumn:
-    """Return a column that is not a target: text, or the numbers of a robot's program."""
+    """Return a column that is not a target: text, times of segments, or numbers of a robot."""
+    if name in SEGMENT_COLUMNS:
+        times = [number(text) if text else math.nan for text in values]
+        attrs = {"long_name": MEANINGS[name], "units": "s"}
+        return FeatureColumn(np.asarray(times, np.float64), attrs)
     if is_robot_column(name) and any(values):
         with suppress(ValueError):
             return _robot_column(name, [number(text) if text else math.nan for text in values])
@@ -183,7 +189,7 @@ def target_column(values: Sequence[float | str], target: Target) -> FeatureColum
 def without_copies(table: FeatureRows, targets: Sequence[str]) -> tuple[FeatureRows, list[Finding]]:
     """Return the table without recordings with equal bytes (see `copies`), and their issues."""
     names = [str(name) for name in table.columns["recording"].values]
-    digests = [str(digest) for digest in table.columns["sha256"].values]
+    digests = sound_ids(table)
     columns = [table.columns[name].values for name in targets if name in table.columns]
     labels = [tuple(str(values[i]) for values in columns) for i in range(len(names))]
     findings = copies(names, digests, labels)
@@ -191,10 +197,26 @@ def without_copies(table: FeatureRows, targets: Sequence[str]) -> tuple[FeatureR
     return take_rows(table, keep), list(findings.values())
 
 
+def sound_ids(table: FeatureRows) -> list[str]:
+    """Return texts that are equal for equal sounds: the sha256 of the file, and the times of a
+    segment."""
+    digests = [str(digest) for digest in table.columns["sha256"].values]
+    if SEGMENT_COLUMNS[0] not in table.columns:
+        return digests
+    starts, ends = (table.columns[name].values.tolist() for name in SEGMENT_COLUMNS)
+    segments = [
+        Segment(0.0 if math.isnan(start) else start, math.inf if math.isnan(end) else end)
+        for start, end in zip(starts, ends, strict=True)
+    ]
+    return [segment.sound_id(digest) for segment, digest in zip(segments, digests, strict=True)]
+
+
 def copies(
     recordings: Sequence[str], digests: Sequence[str], labels: Sequence[tuple[str, ...]]
 ) -> dict[int, Finding]:
     """Return issues, by row, of recordings that cannot be used because others have equal bytes.
+
+    `digests` are the texts of `sound_ids`: segments of a file with different times are no copies.
 
     Copies with equal labels would be in several folds, so all except the first one have an issue.
     If labels of copies differ, the right label is unknown, so all of them have an issue.

@@ -7,16 +7,18 @@ from __future__ import annotations
 
 import os
 import re
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
 from types import MappingProxyType
 
 from ajgdata.paths import SESSION_FILE
+from ajgdata.store.audio import AudioError, inspect_audio
 from ajgdata.store.counters import joined_spellings, whole_number
 from ajgdata.store.file_matching import LOOSEST_STEP, find_files
 from ajgdata.store.file_names import unused_parts
+from ajgdata.store.file_segments import Sound, cut_by_period, cut_track, take_segment
 from ajgdata.store.files import plain_text
 from ajgdata.store.label_table import read_label_table, visible
 from ajgdata.store.listing import listed
@@ -26,11 +28,15 @@ from ajgdata.store.starter_kit import STARTER_KIT
 from ajgdata.store.time_join import join_by_time
 from ajgdata.types import (
     NAME_PATTERN,
+    WHOLE_FILE,
     DataError,
     ImportSettings,
     JoinSettings,
+    Segment,
+    SegmentSettings,
     checked_name,
     is_reserved,
+    many,
 )
 
 #: Suffixes of audio files. FFmpeg (extra `audio`) reads the last three, libsndfile the others.
@@ -50,6 +56,9 @@ AUDIO_SUFFIXES = {
     ".aac",
     ".wma",
 }
+#: File names without a pattern, if their labels are in label tracks: only the number 0 of a played
+#: sound has a meaning.
+ANY_NAME = r"(?:.*/)?(?:(?P<n>0+)_)?[^/]+"
 #: Role of a column or group with this name in lower case. All other columns and groups are labels.
 ROLES = {
     "recording_id": "recording_id",
@@ -70,13 +79,16 @@ UNUSED_PART = (
 )
 #: Names and reasons by type, e.g. `failed`.
 Remarks = defaultdict[str, list[tuple[str, str]]]
-#: Texts of the columns or groups of each file.
+#: Texts of the columns or groups of each file, and of each recording.
 RowsByFile = dict[Path, dict[str, str]]
+Rows = dict[Sound, dict[str, str]]
 
 
 @dataclass(frozen=True)
 class ScannedFile:
     """One recording in the folder: its path relative to the folder, session, cells and labels.
+
+    A recording is a file or a `segment` of it.
 
     `cells` are texts of `grasp_id`, `placement_id`, `object`, `recording_id`, `sample` and
     `quality`; "" if the folder does not specify them. `has_grasp` is True if the folder specifies
@@ -91,6 +103,7 @@ class ScannedFile:
     has_grasp: bool = False
     has_grasp_number: bool = False
     has_grasp_parts: bool = False
+    segment: Segment = WHOLE_FILE
 
     def text(self, column: str) -> str:
         """Return the text of a label or of `object`."""
@@ -150,18 +163,20 @@ def scan(
     if settings.pattern or not settings.table:
         named_rows = [*rows.values(), *result.played_rows.values()]
     exact = _alike(named_rows, sessions)
-    rows = {path: _plain(texts, sessions, exact) for path, texts in rows.items()}
+    rows = {sound: _plain(texts, sessions, exact) for sound, texts in rows.items()}
     _note_empty_grasps(rows, columns, settings, result)
     _warn_of_empty_sessions(rows, result)
     numbered = _with_joined_numbers(rows, columns, settings, result)
-    for path, texts in sorted(rows.items()):
-        if (folder / path).is_file():
-            result.files.append(_scanned(path, texts, numbered[path], columns, settings, name))
+    for sound, texts in sorted(rows.items()):
+        if (folder / sound.path).is_file():
+            result.files.append(_scanned(sound, texts, numbered[sound], columns, settings, name))
         else:
-            result.remarks["failed"].append((path.as_posix(), "not a file, or a broken link"))
+            result.remarks["failed"].append((sound.text, "not a file, or a broken link"))
+    if settings.segments:
+        _number_segments(result)
     for path, texts in result.played_rows.items():
         cells = _plain(texts, sessions, exact)
-        session = _scanned(path, cells, cells, columns, settings, name).session
+        session = _scanned(Sound(path), cells, cells, columns, settings, name).session
         result.played[session].append(path)
     _use_stored_name(result, settings.session, known)
     _name_sessions(result, known)
@@ -225,14 +240,18 @@ def _copies_of_wavs(audio: Iterable[Path]) -> set[Path]:
     return {path for path in not_wav if path.with_suffix("") in names_of_wavs}
 
 
-def _read_rows(audio: list[Path], settings: ImportSettings, name: str, result: Scan) -> RowsByFile:
-    """Return the texts of each recording from the table or the pattern, and from joined tables."""
+def _read_rows(audio: list[Path], settings: ImportSettings, name: str, result: Scan) -> Rows:
+    """Return the texts of each recording from the table or the pattern, from label tracks, and from
+    joined tables."""
     if settings.table:
         rows = _by_table(result.folder, audio, settings, result)
         if settings.pattern:
             rows = _with_groups(rows, settings.pattern, result)
     else:
-        rows = _by_name(audio, settings, name, result)
+        of_files = _by_name(audio, settings, name, result)
+        rows = {Sound(path): texts for path, texts in of_files.items()}
+    if settings.segments:
+        rows = _cut(rows, settings.segments, result)
     if settings.join and rows:
         return _with_joined_columns(rows, settings.join, result)
     return rows
@@ -240,13 +259,15 @@ def _read_rows(audio: list[Path], settings: ImportSettings, name: str, result: S
 
 def _by_name(audio: list[Path], settings: ImportSettings, name: str, result: Scan) -> RowsByFile:
     """Return the named groups of each file that matches, by path."""
+    takes_any = not settings.pattern and settings.segments is not None
     is_kit = settings.pattern in ("", "starter-kit")
     folders = {path.parent for path in audio}
     if is_kit and Path() in folders and Path(name) in folders and not settings.session:
         problem = f"its files and those of its folder {name!r} would be one session"
         fix = "rename that folder, or import both folders with --session"
         raise DataError(result.folder, problem, fix)
-    pattern = compile_pattern(STARTER_KIT if is_kit else settings.pattern)
+    form = ANY_NAME if takes_any else STARTER_KIT
+    pattern = compile_pattern(form if is_kit else settings.pattern)
     rows = {}
     matches = []
     for path in audio:
@@ -257,7 +278,9 @@ def _by_name(audio: list[Path], settings: ImportSettings, name: str, result: Sca
         texts = match.groupdict(default="")
         if is_kit:
             texts["session"] = path.parent.as_posix() if path.parent.name else name
-        if is_kit and int(match["n"]) == 0:
+        if takes_any:
+            del texts["n"]
+        if is_kit and match["n"] and int(match["n"]) == 0:
             result.remarks["not used"].append((path.as_posix(), "the played sound"))
             result.played_rows[path] = texts
         else:
@@ -271,8 +294,9 @@ def _by_name(audio: list[Path], settings: ImportSettings, name: str, result: Sca
 
 def _named_rows(
     folder: Path, settings: ImportSettings, result: Scan
-) -> list[tuple[str, dict[str, str]]]:
-    """Return the path of the file, relative to `folder`, and the cells of each row of the tables.
+) -> list[tuple[str, Segment, dict[str, str]]]:
+    """Return the path of the file, relative to `folder`, the segment, and the cells of each row of
+    the tables. Times of segments are not cells.
 
     A column that a table lacks is empty in its rows, and noted. Raises DataError without a table.
     """
@@ -287,9 +311,11 @@ def _named_rows(
         table = read_label_table(path, template_columns(settings.file))
         result.remarks["note"] += table.notes
         parent = PurePosixPath(path.parent.relative_to(folder))
-        for _, cells in table.rows:
+        for line, cells in table.rows:
             name = _filled("file", settings.file, cells)
-            named.append((name if is_one else (parent / name).as_posix(), cells))
+            if not is_one:
+                name = (parent / name).as_posix()
+            named.append((f"{path}:{line}", name, cells))
         for column in table.rows[0][1] if table.rows else ():
             tables_of[column].append(path.relative_to(folder).as_posix())
     for column, tables in tables_of.items():
@@ -297,10 +323,17 @@ def _named_rows(
             reason = f"only in {listed(tables)}: empty in the recordings of other tables"
             result.remarks["note"].append((f"column {column}", reason))
     empty = dict.fromkeys(tables_of, "")
-    return [(name, {**empty, **cells}) for name, cells in named]
+    rows = []
+    for where, name, cells in named:
+        others = {**empty, **cells}
+        segment = WHOLE_FILE
+        if settings.segments and settings.segments.labels == "table":
+            segment, others = take_segment(where, others)
+        rows.append((name, segment, others))
+    return rows
 
 
-def _with_groups(rows: RowsByFile, text: str, result: Scan) -> RowsByFile:
+def _with_groups(rows: Rows, text: str, result: Scan) -> Rows:
     """Return rows of a table with the named groups of the pattern `text` for their paths.
 
     A path that does not match has empty groups and a warning. Raises DataError for a group that is
@@ -312,20 +345,18 @@ def _with_groups(rows: RowsByFile, text: str, result: Scan) -> RowsByFile:
         problem = f"group {taken[0]!r} is also a column of the table"
         raise DataError("--pattern", problem, "rename the group")
     named = {}
-    for path, cells in rows.items():
-        match = match_name(pattern, path.as_posix())
+    for sound, cells in rows.items():
+        match = match_name(pattern, sound.path.as_posix())
         if match is None:
             reason = "does not match the pattern, whose groups are empty"
-            result.remarks["warning"].append((path.as_posix(), reason))
+            result.remarks["warning"].append((sound.text, reason))
         groups = match.groupdict(default="") if match else dict.fromkeys(pattern.groupindex, "")
-        named[path] = {**cells, **groups}
+        named[sound] = {**cells, **groups}
     return named
 
 
-def _by_table(
-    folder: Path, audio: list[Path], settings: ImportSettings, result: Scan
-) -> RowsByFile:
-    """Return the cells of each row of the table whose file is in the folder, by path.
+def _by_table(folder: Path, audio: list[Path], settings: ImportSettings, result: Scan) -> Rows:
+    """Return the cells of each row of the table whose file is in the folder, by file and segment.
 
     A looser reading of a file name (see `file_matching.STEPS`) is a remark. If two rows name one
     file, it belongs to the row that names it more exactly. Raises DataError if both rows name it by
@@ -333,12 +364,12 @@ def _by_table(
     """
     where = folder / settings.table
     named = _named_rows(folder, settings, result)
-    matches = find_files({name for name, _ in named}, audio)
-    rows: RowsByFile = {}
+    matches = find_files({name for name, _, _ in named}, audio)
+    rows: Rows = {}
     names: dict[Path, str] = {}
     looser: dict[str, list[str]] = defaultdict(list)
     missing = []
-    for name, cells in named:
+    for name, segment, cells in named:
         match = matches.get(name)
         if match is None:
             missing.append((visible(name), f"in {settings.table} but not in the folder"))
@@ -356,14 +387,16 @@ def _by_table(
             )
             missing.append((visible(name), reason))
             continue
-        if path in rows:
-            problem = f"{visible(path.as_posix())} is in two rows"
+        sound = Sound(path, segment)
+        if sound in rows:
+            problem = f"{visible(sound.text)} is in two rows"
             if names[path] != name:
                 problem += f", as {visible(names[path])} and as {visible(name)}"
             raise DataError(where, problem, "keep one of them, with the exact name")
-        rows[path] = cells
+        is_first = path not in names
+        rows[sound] = cells
         names[path] = name
-        if match.step:
+        if match.step and is_first:
             example = f"{visible(name)} (table) is {visible(path.as_posix())} (folder)"
             looser[match.step].append(example)
     for step, examples in looser.items():
@@ -372,14 +405,14 @@ def _by_table(
         remark_type = "warning" if step == LOOSEST_STEP else "note"
         result.remarks[remark_type].append((counted, listed(examples)))
     result.remarks["failed"] += sorted(missing)
-    unlisted = sorted(set(audio) - set(rows))
+    unlisted = sorted(set(audio) - set(names))
     result.remarks["not used"] += [
         (visible(path.as_posix()), f"no row in {settings.table}") for path in unlisted
     ]
     return rows
 
 
-def _with_joined_columns(rows: RowsByFile, settings: JoinSettings, result: Scan) -> RowsByFile:
+def _with_joined_columns(rows: Rows, settings: JoinSettings, result: Scan) -> Rows:
     """Return rows with the columns of the table that is joined by time.
 
     A recording without a row of the table has empty cells and a warning. Raises DataError for a
@@ -390,7 +423,7 @@ def _with_joined_columns(rows: RowsByFile, settings: JoinSettings, result: Scan)
     if settings.recording_time not in names:
         problem = f"recording_time names {settings.recording_time!r}"
         raise DataError(option, problem, f"use one of {names}")
-    times = {path: texts[settings.recording_time] for path, texts in rows.items()}
+    times = {sound: texts[settings.recording_time] for sound, texts in rows.items()}
     joined = join_by_time(result.folder, times, settings)
     if not joined.cells:
         example = ": ".join(joined.missing[0])
@@ -404,7 +437,89 @@ def _with_joined_columns(rows: RowsByFile, settings: JoinSettings, result: Scan)
     result.remarks["warning"] += joined.missing
     result.remarks["note"] += joined.notes
     empty = dict.fromkeys(columns, "")
-    return {path: {**texts, **joined.cells.get(path, empty)} for path, texts in rows.items()}
+    return {sound: {**texts, **joined.cells.get(sound, empty)} for sound, texts in rows.items()}
+
+
+def _cut(rows: Rows, settings: SegmentSettings, result: Scan) -> Rows:
+    """Return a row for each segment of the files of `rows`.
+
+    Files without a label track, and files that are shorter than a period, are remarks. A file that
+    is not usable audio stays whole, and the import reports it.
+    """
+    cut: Rows = {}
+    for sound, texts in rows.items():
+        if settings.labels == "track":
+            if any(column.lower() == "label" for column in texts):
+                problem = "`label` is in the label tracks and in the pattern or table"
+                raise DataError("--segments", problem, "rename the group or column")
+            track = (result.folder / sound.path).with_suffix(".txt")
+            if not track.is_file():
+                reason = f"has no label track {track.name} next to it"
+                result.remarks["failed"].append((sound.text, reason))
+                continue
+            for segment, label in cut_track(track, settings):
+                cut[Sound(sound.path, segment)] = {**texts, "label": label}
+            continue
+        segments = _periods(sound, settings, result)
+        cut.update({Sound(sound.path, segment): texts for segment in segments})
+    return cut
+
+
+def _periods(sound: Sound, settings: SegmentSettings, result: Scan) -> list[Segment]:
+    """Return the segments of a file, or of an interval of it, by the period."""
+    interval = sound.segment
+    if settings.period_s is None:
+        return [interval]
+    try:
+        info = inspect_audio(result.folder / sound.path)
+    except AudioError:
+        return [interval]
+    length_s = info.frames / info.sample_rate_hz
+    parts = cut_by_period(Segment(interval.start_s, min(interval.end_s, length_s)), settings)
+    if not parts:
+        result.remarks["failed"].append((sound.text, "is shorter than --offset and --period"))
+    return parts
+
+
+def _number_segments(result: Scan) -> None:
+    """Give each segment a recording_id, a grasp and a number within the grasp, unless the folder
+    specifies them.
+
+    Successive segments of a file with one object are one grasp: only a change of the object shows
+    that the gripper was opened, and sounds of one grasp are not independent.
+    """
+    counts = Counter(file.path for file in result.files)
+    numbers: Counter[Path] = Counter()
+    changes: Counter[Path] = Counter()
+    objects: dict[Path, str] = {}
+    samples: Counter[tuple[str, str]] = Counter()
+    runs = set()
+    files = []
+    for file in result.files:
+        if file.segment == WHOLE_FILE:
+            files.append(file)
+            continue
+        numbers[file.path] += 1
+        if objects.get(file.path) != file.cells["object"]:
+            changes[file.path] += 1
+            objects[file.path] = file.cells["object"]
+        cells = dict(file.cells)
+        if not file.has_grasp:
+            cells["grasp_id"] = f"{file_id(file.path)}_{changes[file.path]}"
+            runs.add(cells["grasp_id"])
+        if not cells["recording_id"]:
+            digits = len(str(counts[file.path]))
+            cells["recording_id"] = f"{file_id(file.path)}_{numbers[file.path]:0{digits}}"
+        if not cells["sample"]:
+            grasp = (file.session, cells["grasp_id"])
+            cells["sample"] = str(samples[grasp])
+            samples[grasp] += 1
+        files.append(replace(file, cells=cells))
+    result.files = files
+    counted = f"{many(numbers.total(), 'segment')} of {many(len(numbers), 'file')}"
+    if runs:
+        reason = f"{many(len(runs), 'grasp')}: successive segments of a file with one object"
+        result.remarks["note"].append((counted, reason))
 
 
 def file_id(path: Path) -> str:
@@ -457,7 +572,7 @@ def _filled(option: str, template: str, cells: Mapping[str, str]) -> str:
 
 
 def _scanned(
-    path: Path,
+    sound: Sound,
     texts: Mapping[str, str],
     numbered: Mapping[str, str],
     columns: dict[str, str],
@@ -486,7 +601,7 @@ def _scanned(
     grasp = f"{object_name}/{number}" if object_name and number else number
     grasp_id = filled.get("grasp") or ("" if settings.grasp else counters.get("grasp_id", ""))
     cells = {
-        "grasp_id": grasp_id or grasp or file_id(path),
+        "grasp_id": grasp_id or grasp or file_id(sound.path),
         "placement_id": filled.get("placement_id") or _placement(named, object_name),
         "object": object_name,
         "recording_id": named.get("recording_id", ""),
@@ -497,13 +612,14 @@ def _scanned(
     has_template = bool(settings.grasp and filled["grasp"])
     has_grasp_number = bool(grasp) and not grasp_id
     return ScannedFile(
-        path,
+        sound.path,
         session,
         cells,
         labels,
         has_grasp=bool(grasp_id or grasp),
         has_grasp_number=has_grasp_number,
         has_grasp_parts=has_grasp_number or (has_template and "/" in settings.grasp),
+        segment=sound.segment,
     )
 
 
@@ -526,12 +642,12 @@ def _filled_grasp(template: str, cells: Mapping[str, str]) -> str:
     return grasp if not names or any(cells[name] for name in names) else ""
 
 
-def _warn_of_empty_sessions(rows: RowsByFile, result: Scan) -> None:
+def _warn_of_empty_sessions(rows: Rows, result: Scan) -> None:
     """Warn about rows in which all cells of the session are empty, because they are one session."""
     used = template_columns(result.session_template)
     empty = [
-        path.as_posix()
-        for path, texts in sorted(rows.items())
+        sound.text
+        for sound, texts in sorted(rows.items())
         if used and not any(texts.get(name, "") for name in used)
     ]
     if empty:
@@ -563,9 +679,7 @@ def _plain(
     }
 
 
-def _grasp_columns(
-    rows: RowsByFile, columns: Mapping[str, str], settings: ImportSettings
-) -> list[str]:
+def _grasp_columns(rows: Rows, columns: Mapping[str, str], settings: ImportSettings) -> list[str]:
     """Return the columns that identify a grasp: those of --grasp, else those of the role.
 
     `object` also identifies a grasp, but recordings without an object can still be one grasp.
@@ -577,13 +691,15 @@ def _grasp_columns(
 
 
 def _note_empty_grasps(
-    rows: RowsByFile, columns: Mapping[str, str], settings: ImportSettings, result: Scan
+    rows: Rows, columns: Mapping[str, str], settings: ImportSettings, result: Scan
 ) -> None:
     """Warn about rows whose grasp is empty, because each of them would be a grasp."""
     used = _grasp_columns(rows, columns, settings)
     # With --grasp, all columns have to be filled; without it, one of them is sufficient.
     is_complete = all if settings.grasp else any
-    empty = [path for path, texts in rows.items() if not is_complete(texts[name] for name in used)]
+    empty = [
+        sound for sound, texts in rows.items() if not is_complete(texts[name] for name in used)
+    ]
     if not used or not empty:
         return
     counted = f"{len(empty)} of {len(rows)} rows have no grasp"
@@ -594,17 +710,17 @@ def _note_empty_grasps(
             " grasp of its own"
         )
     fix = f"fill the cells of {', '.join(map(repr, used))}, or name other columns with --grasp"
-    examples = listed([path.as_posix() for path in sorted(empty)])
+    examples = listed([sound.text for sound in sorted(empty)])
     result.remarks["warning"].append((counted, f"{consequence} ({examples}); {fix}"))
 
 
 def _with_joined_numbers(
-    rows: RowsByFile, columns: Mapping[str, str], settings: ImportSettings, result: Scan
-) -> RowsByFile:
+    rows: Rows, columns: Mapping[str, str], settings: ImportSettings, result: Scan
+) -> Rows:
     """Return rows in which each number of a grasp or sample has one spelling, and note numbers that
     had several."""
     samples = [name for name, role in columns.items() if role == "sample"]
-    joined = {path: dict(texts) for path, texts in rows.items()}
+    joined = {sound: dict(texts) for sound, texts in rows.items()}
     for name in [*_grasp_columns(rows, columns, settings), *samples]:
         spellings = joined_spellings({texts[name] for texts in rows.values()})
         for texts in joined.values():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -9,18 +10,34 @@ from pathlib import Path
 from ajgdata.paths import RECORDINGS_FILE
 from ajgdata.store.audio import AudioError, file_sha256
 from ajgdata.store.sessions import audio_path, read_recordings, read_session
-from ajgdata.types import SESSION_COLUMNS, WHOLE, DataError, Finding, Recording, Session
+from ajgdata.types import (
+    SEGMENT_COLUMNS,
+    SESSION_COLUMNS,
+    WHOLE,
+    WHOLE_FILE,
+    DataError,
+    Finding,
+    Recording,
+    Segment,
+    Session,
+)
 
 LABEL_COLUMNS = ("recording_id", "grasp_id", "sample", "object", "quality")
 
 
 @dataclass(frozen=True)
 class AudioFile:
-    """The file of a recording and the sha256 of its bytes."""
+    """The file of a recording, the sha256 of its bytes, and the part that is the recording."""
 
     recording_id: str
     path: Path
     sha256: str
+    segment: Segment = WHOLE_FILE
+
+    @property
+    def sound_id(self) -> str:
+        """Text that is equal for equal sounds (see `Segment.sound_id`)."""
+        return self.segment.sound_id(self.sha256)
 
 
 @dataclass
@@ -37,7 +54,8 @@ class SessionAudio:
 def check_session(folder: Path, trusted: Mapping[str, str] | None = None) -> SessionAudio:
     """Read the tables and all files of a session. Problems become findings and not exceptions.
 
-    `trusted` are sha256 by recording_id; the files of trusted recordings are not read.
+    `trusted` are sha256 by recording_id; the files of trusted recordings are not read. A file with
+    several segments is read once.
     """
     result = SessionAudio(folder.name)
     try:
@@ -59,6 +77,7 @@ def check_session(folder: Path, trusted: Mapping[str, str] | None = None) -> Ses
         problem, _, fix = reason.rpartition("; ")
         result.findings.append(Finding(folder.name, grasp, "", "warning", "skipped", problem, fix))
     known = trusted or {}
+    digests: dict[str, str] = {}
     for recording in recordings:
         try:
             digest = known.get(recording.recording_id)
@@ -66,14 +85,18 @@ def check_session(folder: Path, trusted: Mapping[str, str] | None = None) -> Ses
                 path = Path(session.audio_root or folder, recording.file)
             else:
                 path = audio_path(folder, session, recording)
-                digest = checked_sha256(path, recording.sha256, folder.parents[1].name)
-            result.files.append(AudioFile(recording.recording_id, path, digest))
+                if recording.file not in digests:
+                    digests[recording.file] = file_sha256(path)
+                digest = digests[recording.file]
+                check_unchanged(path, digest, recording.sha256, folder.parents[1].name)
+            result.files.append(AudioFile(recording.recording_id, path, digest, recording.segment))
             if not recording.sha256:
                 result.findings.append(_without_hash(folder, recording))
         except DataError as error:
             code = error.remark.code if isinstance(error, AudioError) else "escapes"
             names = (folder.name, recording.recording_id, recording.file)
             result.findings.append(Finding(*names, "error", code, error.problem, error.fix))
+    result.findings += _overlaps(folder.name, recordings)
     result.labels = label_rows(session, recordings)
     result.findings.sort()
     return result
@@ -91,12 +114,47 @@ def _without_hash(folder: Path, recording: Recording) -> Finding:
     return Finding(*names, "warning", "no_sha256", problem, fix)
 
 
+def _overlaps(session: str, recordings: Sequence[Recording]) -> list[Finding]:
+    """Return a warning about each segment that begins before the end of an earlier segment of its
+    file. If both are of one grasp, it is a note, because folds do not separate them."""
+    of_file: dict[str, list[Recording]] = defaultdict(list)
+    for recording in recordings:
+        if recording.quality != "reject":
+            of_file[recording.file].append(recording)
+    findings = []
+    for rows in of_file.values():
+        before, *following = sorted(rows, key=lambda row: row.segment)
+        for after in following:
+            earlier = before
+            before = max(before, after, key=lambda row: row.segment.end_s)
+            is_copy = earlier.segment == after.segment  # the check of copies reports it
+            if is_copy or after.segment.start_s >= earlier.segment.end_s:
+                continue
+            names = (session, after.recording_id, after.file)
+            problem = (
+                f"its segment {after.segment} overlaps {earlier.segment} of {earlier.recording_id}"
+            )
+            fix = "correct start_s and end_s in recordings.csv, or give both the same grasp_id"
+            issue = Finding(*names, "warning", "overlap", problem, fix)
+            if earlier.grasp_id == after.grasp_id:
+                fix = "nothing to do, if both share these samples by intention"
+                issue = Finding(*names, "note", "overlap", problem, fix)
+            findings.append(issue)
+    return findings
+
+
 def checked_sha256(path: Path, declared: str, dataset: str = "NAME") -> str:
     """Return the sha256 of a file of a data set.
 
     Raises AudioError if the file cannot be read, or if its hash is not the `declared` one.
     """
     digest = file_sha256(path)
+    check_unchanged(path, digest, declared, dataset)
+    return digest
+
+
+def check_unchanged(path: Path, digest: str, declared: str, dataset: str = "NAME") -> None:
+    """Raise AudioError if the sha256 of a file is not the `declared` one; "" is any."""
     if declared and digest != declared:
         problem = "its bytes are not those that were recorded (sha256 differs)"
         fix = (
@@ -104,7 +162,6 @@ def checked_sha256(path: Path, declared: str, dataset: str = "NAME") -> str:
             f"`ajgdata check {dataset} --accept`"
         )
         raise AudioError(path, "changed", problem, fix)
-    return digest
 
 
 def label_rows(session: Session, recordings: Sequence[Recording]) -> list[dict[str, str]]:
@@ -113,12 +170,20 @@ def label_rows(session: Session, recordings: Sequence[Recording]) -> list[dict[s
     standard = list(LABEL_COLUMNS)
     if any(recording.placement_id for recording in recordings):
         standard.append("placement_id")
+    has_segments = any(recording.segment != WHOLE_FILE for recording in recordings)
+    times = SEGMENT_COLUMNS if has_segments else ()
     of_session = {name: str(getattr(session, name)) for name in SESSION_COLUMNS}
     return [
         {
             **{name: str(getattr(recording, name)) for name in standard},
+            **{name: _time_text(getattr(recording, name)) for name in times},
             **of_session,
             **{name: recording.labels.get(name, "") for name in columns},
         }
         for recording in recordings
     ]
+
+
+def _time_text(time_s: float | None) -> str:
+    """Return a time of a segment as a label; "" for the begin or end of the file."""
+    return "" if time_s is None else str(time_s)

@@ -28,6 +28,7 @@ from ajgdata.store.variants import with_variants
 from ajgdata.types import (
     NAME_PATTERN,
     RECORDING_COLUMNS,
+    SEGMENT_COLUMNS,
     WHOLE_FILE,
     DataError,
     DatasetSpec,
@@ -310,7 +311,7 @@ def write_recordings(folder: Path, recordings: Sequence[Recording]) -> None:
     if not any(recording.placement_id for recording in recordings):
         absent.add("placement_id")
     if all(recording.segment == WHOLE_FILE for recording in recordings):
-        absent.update(("start_s", "end_s"))
+        absent.update(SEGMENT_COLUMNS)
     standard = [name for name in RECORDING_COLUMNS if name not in absent]
     labels = sorted({column for recording in recordings for column in recording.labels})
     rows = (

@@ -14,6 +14,7 @@ from datetime import UTC, datetime
 from decimal import Decimal
 from pathlib import Path
 
+from ajgdata.store.file_segments import Sound
 from ajgdata.store.label_table import read_label_table
 from ajgdata.types import DataError, JoinSettings
 
@@ -34,7 +35,7 @@ class JoinResult:
     A recording without cells has an entry in `missing`. `notes` are names and reasons.
     """
 
-    cells: dict[Path, Cells] = field(default_factory=dict)
+    cells: dict[Sound, Cells] = field(default_factory=dict)
     missing: list[tuple[str, str]] = field(default_factory=list)
     notes: list[tuple[str, str]] = field(default_factory=list)
 
@@ -72,10 +73,10 @@ def parse_time(text: str, utc_offset: str = "") -> Decimal:
     return past.days * 86_400 + past.seconds + Decimal(past.microseconds) / 1_000_000
 
 
-def join_by_time(folder: Path, times: Mapping[Path, str], settings: JoinSettings) -> JoinResult:
+def join_by_time(folder: Path, times: Mapping[Sound, str], settings: JoinSettings) -> JoinResult:
     """Return the cells of the nearest row of `settings.table` for each recording.
 
-    `times` are the texts of the times of recordings, by path. Rows with equal times and equal
+    `times` are the texts of the times of recordings. Rows with equal times and equal
     cells count as one. A recording has no cells if it has no time, if no row is within the
     tolerance, or if two different rows are equally near. Raises DataError for a table without the
     columns, and for a row without a time.
@@ -87,7 +88,7 @@ def join_by_time(folder: Path, times: Mapping[Path, str], settings: JoinSettings
     tolerance_s = Decimal(str(settings.tolerance_s))
     used: Counter[Decimal] = Counter()
     for recording, text in sorted(times.items()):
-        name = recording.as_posix()
+        name = recording.text
         try:
             time_s = parse_time(text, settings.utc_offset)
         except ValueError as error:

@@ -19,16 +19,26 @@ from ajgdata.store.findings import is_rejected
 from ajgdata.store.labels import bad_labels, label_columns
 from ajgdata.store.session_audio import checked_sha256, label_rows
 from ajgdata.store.sessions import audio_path, read_recordings, read_session
-from ajgdata.types import AudioSettings, DataError, DatasetSpec, Finding, Recording, Session
+from ajgdata.types import (
+    AudioSettings,
+    DataError,
+    DatasetSpec,
+    Finding,
+    Recording,
+    Segment,
+    Session,
+)
 
 
 @dataclass(frozen=True)
 class AudioSource:
-    """A recording on disk; `frames` is its length at the declared rate, `sha256` can be empty."""
+    """A recording on disk; `frames` is its length at the declared rate, `sha256` of its file can be
+    empty."""
 
     path: Path
     sha256: str
     frames: int
+    segment: Segment
 
 
 class Waveforms(BackendArray):
@@ -50,11 +60,14 @@ class Waveforms(BackendArray):
         recordings = np.arange(self.shape[0])[key[0]]
         times = np.arange(self.shape[1])[key[1]]
         result = np.full((recordings.size, times.size), np.nan, np.float32)
+        unchanged: set[tuple[Path, str]] = set()
         for row, recording in zip(result, np.atleast_1d(recordings), strict=True):
             source = self.sources[recording]
-            if source.sha256:
-                checked_sha256(source.path, source.sha256)
-            samples = read_audio(source.path, self.audio).samples
+            file = (source.path, source.sha256)
+            if source.sha256 and file not in unchanged:
+                checked_sha256(*file)
+                unchanged.add(file)
+            samples = read_audio(source.path, self.audio, source.segment).samples
             is_present = np.atleast_1d(times) < len(samples)
             row[is_present] = samples[np.atleast_1d(times)[is_present]]
         return result.reshape(recordings.shape + times.shape)
@@ -101,10 +114,10 @@ def _source(
 ) -> AudioSource:
     """Return a recording on disk. Raises DataError if its file cannot be used."""
     path = audio_path(folder, session, recording)
-    info = inspect_audio(path)
+    info = inspect_audio(path, recording.segment)
     check_layout(path, info, audio)
     frames = math.ceil(info.frames * audio.sample_rate_hz / info.sample_rate_hz)
-    return AudioSource(path, recording.sha256, frames)
+    return AudioSource(path, recording.sha256, frames, recording.segment)
 
 
 def _lazy(

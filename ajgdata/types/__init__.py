@@ -5,7 +5,13 @@ error. `describe` turns an error of pydantic into one line for the user.
 """
 
 from ajgdata.types.base import Strict, checked, describe, location
-from ajgdata.types.dataset import DatasetSpec, ImportSettings, JoinSettings, OnChange
+from ajgdata.types.dataset import (
+    DatasetSpec,
+    ImportSettings,
+    JoinSettings,
+    OnChange,
+    SegmentSettings,
+)
 from ajgdata.types.errors import DataError, NotPossibleError, many, one_line
 from ajgdata.types.excitation import (
     DEFAULT_EXCITATION,
@@ -34,6 +40,7 @@ from ajgdata.types.session import (
     HIGHEST_SAMPLE,
     QUALITIES,
     RECORDING_COLUMNS,
+    SEGMENT_COLUMNS,
     SESSION_COLUMNS,
     STORE_NAMES,
     WHOLE_FILE,

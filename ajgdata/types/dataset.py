@@ -54,6 +54,35 @@ class JoinSettings(Strict):
     )
 
 
+class SegmentSettings(Strict):
+    """Rules for files with many sounds: each recording is a segment of a file."""
+
+    labels: Literal["track", "table"] | None = Field(
+        None,
+        description="intervals with labels: `track`: Audacity's label track NAME.txt next to "
+        "NAME.wav; `table`: columns `start` and `end` (in s) of `table`; null: none",
+    )
+    period_s: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = Field(
+        None,
+        description="length of the segments in s, into which each interval, or each file, is "
+        "divided; null: an interval is one segment",
+    )
+    offset_s: float = Field(
+        0,
+        ge=0,
+        allow_inf_nan=False,
+        description="time from the begin of an interval, or file, to its first segment, in s",
+    )
+
+    @model_validator(mode="after")
+    def _has_rule(self) -> SegmentSettings:
+        if self.labels is None and self.period_s is None:
+            raise ValueError("give labels (--segments) or period_s (--period)")
+        if self.offset_s and self.period_s is None:
+            raise ValueError("offset_s (--offset) needs period_s (--period)")
+        return self
+
+
 class ImportSettings(Strict):
     """Rules for the import of a folder of recordings: the options of `ajgdata import`."""
 
@@ -87,6 +116,9 @@ class ImportSettings(Strict):
     join: JoinSettings | None = Field(
         None, description="table that is joined to the recordings by time; null: none"
     )
+    segments: SegmentSettings | None = Field(
+        None, description="rules for files with many sounds; null: a file is one recording"
+    )
 
     @model_validator(mode="after")
     def _one_way(self) -> ImportSettings:
@@ -94,6 +126,14 @@ class ImportSettings(Strict):
             raise ValueError("pattern starter-kit and table exclude each other")
         if bool(self.table) != bool(self.file):
             raise ValueError("table and file (--file, e.g. 'audio/{name}.wav') need each other")
+        if self.segments and self.segments.labels == "table" and not self.table:
+            raise ValueError("segments of a table (--segments table) need table (--table)")
+        is_divided = self.segments and (self.segments.labels == "track" or self.segments.period_s)
+        if self.join and is_divided:
+            raise ValueError(
+                "join needs a time of each segment: use a table with times instead of a label"
+                " track or a period"
+            )
         return self
 
 

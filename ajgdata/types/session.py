@@ -28,6 +28,8 @@ RECORDING_COLUMNS = (
     "object",
     "quality",
 )
+#: Columns of recordings.csv with the times of a segment; a session without segments lacks them.
+SEGMENT_COLUMNS = ("start_s", "end_s")
 #: Values of the column `quality`.
 QUALITIES = ("ok", "reject", "clipped")
 #: Largest value of `sample`, because the feature file stores a 32-bit integer.

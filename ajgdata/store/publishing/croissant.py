@@ -16,7 +16,17 @@ from ajgdata.store.publishing.table import FILE_NAME, PublishedTable
 RECORDINGS = "recordings"
 AUDIO = "audio"
 _AUDIO_FILES = "audio-files"
-_AUDIO_TYPES = {".flac": "audio/flac", ".ogg": "audio/ogg"}
+_AUDIO_TYPES = {
+    ".aac": "audio/aac",
+    ".aif": "audio/aiff",
+    ".aiff": "audio/aiff",
+    ".flac": "audio/flac",
+    ".m4a": "audio/mp4",
+    ".mp3": "audio/mpeg",
+    ".oga": "audio/ogg",
+    ".ogg": "audio/ogg",
+    ".opus": "audio/ogg",
+}
 #: Media type (as in mlcroissant) and description of the file from which Croissant reads labels.
 _TYPED_FILE = ("application/x-parquet", "labels of every recording, with the type of each column")
 
