@@ -53,7 +53,7 @@ TargetOption = Annotated[
 SegmentsOption = Annotated[
     Literal["track", "table"] | None,
     typer.Option(
-        help="files with many sounds: track (Audacity's labels NAME.txt next to NAME.wav), or "
+        help="files with many sounds: track (labels of Audacity, NAME.txt next to NAME.wav), or "
         "table (its columns start and end in s)"
     ),
 ]

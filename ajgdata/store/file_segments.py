@@ -11,7 +11,7 @@ from typing import NamedTuple
 from ajgdata.store.files import plain_text, read_text
 from ajgdata.types import WHOLE_FILE, DataError, Segment, SegmentSettings
 
-#: Names of the columns of a table with the begin and the end of a segment, in lower case.
+#: Names of the columns of a table with the start and the end of a segment, in lower case.
 START_COLUMNS = ("start", "start_s")
 END_COLUMNS = ("end", "end_s")
 #: A rest of a period that is shorter than this is rounding: Audacity writes microseconds.
@@ -20,7 +20,7 @@ TOLERANCE_S = 1e-6
 _DIGITS = 9
 
 
-class Sound(NamedTuple):
+class FilePart(NamedTuple):
     """A file of a folder, or a segment of it; `path` is relative to the folder."""
 
     path: Path
@@ -34,7 +34,7 @@ class Sound(NamedTuple):
         return f"{self.path.as_posix()} ({self.segment})"
 
 
-class Interval(NamedTuple):
+class TrackLabel(NamedTuple):
     """A part of a file with one label. A point of a label track ends where it begins."""
 
     start_s: float
@@ -42,25 +42,25 @@ class Interval(NamedTuple):
     label: str
 
 
-def read_label_track(path: Path) -> list[Interval]:
+def read_label_track(path: Path) -> list[TrackLabel]:
     """Return the labels of a text file that Audacity exported, sorted by time.
 
-    A line is begin, end and label, with tabs between them. Lines that begin with a backslash have
+    A line is start, end and label, with tabs between them. Lines that begin with a backslash have
     frequencies, and are ignored. Raises DataError for another line and for a file without labels.
     """
-    intervals: dict[Interval, int] = {}
+    intervals: dict[TrackLabel, int] = {}
     for number, line in enumerate(read_text(path).splitlines(), 1):
         if not line.strip() or line.startswith("\\"):
             continue
         cells = line.split("\t", maxsplit=2)
         where = f"{path}:{number}"
         if len(cells) < 2:
-            problem = f"{line!r} is not begin, end and label with tabs between them"
+            problem = f"{line!r} is not start, end and label with tabs between them"
             raise DataError(where, problem, "export the labels in Audacity as a text file")
         start_s, end_s = (_time_s(where, cell) for cell in cells[:2])
         if end_s < start_s:
             raise DataError(where, "the label ends before it begins", "exchange both times")
-        interval = Interval(start_s, end_s, plain_text(cells[2]) if len(cells) > 2 else "")
+        interval = TrackLabel(start_s, end_s, plain_text(cells[2]) if len(cells) > 2 else "")
         same = next((other for other in intervals if other[:2] == interval[:2]), None)
         if same is not None:
             problem = f"has the same times as line {intervals[same]}"
@@ -74,8 +74,9 @@ def read_label_track(path: Path) -> list[Interval]:
 def cut_track(path: Path, settings: SegmentSettings) -> list[tuple[Segment, str]]:
     """Return the segments of a label track, each with its label.
 
-    With a period, an interval has several segments, and a point is the begin of one segment. Raises
-    DataError for a point without a period, and for an interval that is shorter than the period.
+    With a period, an interval has several segments, and a point is the beginning of one segment.
+    Raises DataError for a point without a period, and for an interval that is shorter than the
+    period.
     """
     segments = []
     for interval in read_label_track(path):
@@ -100,7 +101,7 @@ def cut_track(path: Path, settings: SegmentSettings) -> list[tuple[Segment, str]
 
 
 def cut_by_period(segment: Segment, settings: SegmentSettings) -> list[Segment]:
-    """Return the complete periods of a segment with a finite end, from `offset_s` after its begin.
+    """Return the complete periods of a segment, from `offset_s` after its start to its finite end.
 
     >>> cut_by_period(Segment(10, 12.5), SegmentSettings(period_s=1, offset_s=0.25))
     [Segment(start_s=10.25, end_s=11.25), Segment(start_s=11.25, end_s=12.25)]
@@ -117,7 +118,7 @@ def cut_by_period(segment: Segment, settings: SegmentSettings) -> list[Segment]:
 def take_segment(where: str, cells: Mapping[str, str]) -> tuple[Segment, dict[str, str]]:
     """Return the segment of a row of a table, and the other cells of the row.
 
-    Empty times are the begin and the end of the file. Raises DataError if the table lacks a column
+    Empty times are the start and the end of the file. Raises DataError if the table lacks a column
     with times, and for times that are not numbers or that are no segment.
     """
     texts: list[str] = []

@@ -30,7 +30,7 @@ MEANINGS = {
     "source": "virtual or virtual-import (simulated), soundcard or import",
     "gripper": "gripper",
     "medium": "granular medium in the gripper",
-    "start_s": "begin of the recording in the recorded file; missing: the begin of this file",
+    "start_s": "start of the recording in the recorded file; missing: the beginning of this file",
     "end_s": "end of the recording in the recorded file; missing: the end of this file",
     CHANNEL_LEVELS: "level of each channel of the file, relative to full scale and without offset",
 }

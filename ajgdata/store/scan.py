@@ -18,7 +18,7 @@ from ajgdata.store.audio import AudioError, inspect_audio
 from ajgdata.store.counters import joined_spellings, whole_number
 from ajgdata.store.file_matching import LOOSEST_STEP, find_files
 from ajgdata.store.file_names import unused_parts
-from ajgdata.store.file_segments import Sound, cut_by_period, cut_track, take_segment
+from ajgdata.store.file_segments import FilePart, cut_by_period, cut_track, take_segment
 from ajgdata.store.files import plain_text
 from ajgdata.store.label_table import read_label_table, visible
 from ajgdata.store.listing import listed
@@ -81,7 +81,7 @@ UNUSED_PART = (
 Remarks = defaultdict[str, list[tuple[str, str]]]
 #: Texts of the columns or groups of each file, and of each recording.
 RowsByFile = dict[Path, dict[str, str]]
-Rows = dict[Sound, dict[str, str]]
+Rows = dict[FilePart, dict[str, str]]
 
 
 @dataclass(frozen=True)
@@ -163,20 +163,20 @@ def scan(
     if settings.pattern or not settings.table:
         named_rows = [*rows.values(), *result.played_rows.values()]
     exact = _alike(named_rows, sessions)
-    rows = {sound: _plain(texts, sessions, exact) for sound, texts in rows.items()}
+    rows = {part: _plain(texts, sessions, exact) for part, texts in rows.items()}
     _note_empty_grasps(rows, columns, settings, result)
     _warn_of_empty_sessions(rows, result)
     numbered = _with_joined_numbers(rows, columns, settings, result)
-    for sound, texts in sorted(rows.items()):
-        if (folder / sound.path).is_file():
-            result.files.append(_scanned(sound, texts, numbered[sound], columns, settings, name))
+    for part, texts in sorted(rows.items()):
+        if (folder / part.path).is_file():
+            result.files.append(_scanned(part, texts, numbered[part], columns, settings, name))
         else:
-            result.remarks["failed"].append((sound.text, "not a file, or a broken link"))
+            result.remarks["failed"].append((part.text, "not a file, or a broken link"))
     if settings.segments:
         _number_segments(result)
     for path, texts in result.played_rows.items():
         cells = _plain(texts, sessions, exact)
-        session = _scanned(Sound(path), cells, cells, columns, settings, name).session
+        session = _scanned(FilePart(path), cells, cells, columns, settings, name).session
         result.played[session].append(path)
     _use_stored_name(result, settings.session, known)
     _name_sessions(result, known)
@@ -249,7 +249,7 @@ def _read_rows(audio: list[Path], settings: ImportSettings, name: str, result: S
             rows = _with_groups(rows, settings.pattern, result)
     else:
         of_files = _by_name(audio, settings, name, result)
-        rows = {Sound(path): texts for path, texts in of_files.items()}
+        rows = {FilePart(path): texts for path, texts in of_files.items()}
     if settings.segments:
         rows = _cut(rows, settings.segments, result)
     if settings.join and rows:
@@ -345,13 +345,13 @@ def _with_groups(rows: Rows, text: str, result: Scan) -> Rows:
         problem = f"group {taken[0]!r} is also a column of the table"
         raise DataError("--pattern", problem, "rename the group")
     named = {}
-    for sound, cells in rows.items():
-        match = match_name(pattern, sound.path.as_posix())
+    for part, cells in rows.items():
+        match = match_name(pattern, part.path.as_posix())
         if match is None:
             reason = "does not match the pattern, whose groups are empty"
-            result.remarks["warning"].append((sound.text, reason))
+            result.remarks["warning"].append((part.text, reason))
         groups = match.groupdict(default="") if match else dict.fromkeys(pattern.groupindex, "")
-        named[sound] = {**cells, **groups}
+        named[part] = {**cells, **groups}
     return named
 
 
@@ -387,14 +387,14 @@ def _by_table(folder: Path, audio: list[Path], settings: ImportSettings, result:
             )
             missing.append((visible(name), reason))
             continue
-        sound = Sound(path, segment)
-        if sound in rows:
-            problem = f"{visible(sound.text)} is in two rows"
+        part = FilePart(path, segment)
+        if part in rows:
+            problem = f"{visible(part.text)} is in two rows"
             if names[path] != name:
                 problem += f", as {visible(names[path])} and as {visible(name)}"
             raise DataError(where, problem, "keep one of them, with the exact name")
         is_first = path not in names
-        rows[sound] = cells
+        rows[part] = cells
         names[path] = name
         if match.step and is_first:
             example = f"{visible(name)} (table) is {visible(path.as_posix())} (folder)"
@@ -423,7 +423,7 @@ def _with_joined_columns(rows: Rows, settings: JoinSettings, result: Scan) -> Ro
     if settings.recording_time not in names:
         problem = f"recording_time names {settings.recording_time!r}"
         raise DataError(option, problem, f"use one of {names}")
-    times = {sound: texts[settings.recording_time] for sound, texts in rows.items()}
+    times = {part: texts[settings.recording_time] for part, texts in rows.items()}
     joined = join_by_time(result.folder, times, settings)
     if not joined.cells:
         example = ": ".join(joined.missing[0])
@@ -437,7 +437,7 @@ def _with_joined_columns(rows: Rows, settings: JoinSettings, result: Scan) -> Ro
     result.remarks["warning"] += joined.missing
     result.remarks["note"] += joined.notes
     empty = dict.fromkeys(columns, "")
-    return {sound: {**texts, **joined.cells.get(sound, empty)} for sound, texts in rows.items()}
+    return {part: {**texts, **joined.cells.get(part, empty)} for part, texts in rows.items()}
 
 
 def _cut(rows: Rows, settings: SegmentSettings, result: Scan) -> Rows:
@@ -447,37 +447,37 @@ def _cut(rows: Rows, settings: SegmentSettings, result: Scan) -> Rows:
     is not usable audio stays whole, and the import reports it.
     """
     cut: Rows = {}
-    for sound, texts in rows.items():
+    for part, texts in rows.items():
         if settings.labels == "track":
             if any(column.lower() == "label" for column in texts):
                 problem = "`label` is in the label tracks and in the pattern or table"
                 raise DataError("--segments", problem, "rename the group or column")
-            track = (result.folder / sound.path).with_suffix(".txt")
+            track = (result.folder / part.path).with_suffix(".txt")
             if not track.is_file():
                 reason = f"has no label track {track.name} next to it"
-                result.remarks["failed"].append((sound.text, reason))
+                result.remarks["failed"].append((part.text, reason))
                 continue
             for segment, label in cut_track(track, settings):
-                cut[Sound(sound.path, segment)] = {**texts, "label": label}
+                cut[FilePart(part.path, segment)] = {**texts, "label": label}
             continue
-        segments = _periods(sound, settings, result)
-        cut.update({Sound(sound.path, segment): texts for segment in segments})
+        segments = _periods(part, settings, result)
+        cut.update({FilePart(part.path, segment): texts for segment in segments})
     return cut
 
 
-def _periods(sound: Sound, settings: SegmentSettings, result: Scan) -> list[Segment]:
+def _periods(part: FilePart, settings: SegmentSettings, result: Scan) -> list[Segment]:
     """Return the segments of a file, or of an interval of it, by the period."""
-    interval = sound.segment
+    interval = part.segment
     if settings.period_s is None:
         return [interval]
     try:
-        info = inspect_audio(result.folder / sound.path)
+        info = inspect_audio(result.folder / part.path)
     except AudioError:
         return [interval]
     length_s = info.frames / info.sample_rate_hz
     parts = cut_by_period(Segment(interval.start_s, min(interval.end_s, length_s)), settings)
     if not parts:
-        result.remarks["failed"].append((sound.text, "is shorter than --offset and --period"))
+        result.remarks["failed"].append((part.text, "is shorter than --offset and --period"))
     return parts
 
 
@@ -572,7 +572,7 @@ def _filled(option: str, template: str, cells: Mapping[str, str]) -> str:
 
 
 def _scanned(
-    sound: Sound,
+    part: FilePart,
     texts: Mapping[str, str],
     numbered: Mapping[str, str],
     columns: dict[str, str],
@@ -601,7 +601,7 @@ def _scanned(
     grasp = f"{object_name}/{number}" if object_name and number else number
     grasp_id = filled.get("grasp") or ("" if settings.grasp else counters.get("grasp_id", ""))
     cells = {
-        "grasp_id": grasp_id or grasp or file_id(sound.path),
+        "grasp_id": grasp_id or grasp or file_id(part.path),
         "placement_id": filled.get("placement_id") or _placement(named, object_name),
         "object": object_name,
         "recording_id": named.get("recording_id", ""),
@@ -612,14 +612,14 @@ def _scanned(
     has_template = bool(settings.grasp and filled["grasp"])
     has_grasp_number = bool(grasp) and not grasp_id
     return ScannedFile(
-        sound.path,
+        part.path,
         session,
         cells,
         labels,
         has_grasp=bool(grasp_id or grasp),
         has_grasp_number=has_grasp_number,
         has_grasp_parts=has_grasp_number or (has_template and "/" in settings.grasp),
-        segment=sound.segment,
+        segment=part.segment,
     )
 
 
@@ -646,8 +646,8 @@ def _warn_of_empty_sessions(rows: Rows, result: Scan) -> None:
     """Warn about rows in which all cells of the session are empty, because they are one session."""
     used = template_columns(result.session_template)
     empty = [
-        sound.text
-        for sound, texts in sorted(rows.items())
+        part.text
+        for part, texts in sorted(rows.items())
         if used and not any(texts.get(name, "") for name in used)
     ]
     if empty:
@@ -697,9 +697,7 @@ def _note_empty_grasps(
     used = _grasp_columns(rows, columns, settings)
     # With --grasp, all columns have to be filled; without it, one of them is sufficient.
     is_complete = all if settings.grasp else any
-    empty = [
-        sound for sound, texts in rows.items() if not is_complete(texts[name] for name in used)
-    ]
+    empty = [part for part, texts in rows.items() if not is_complete(texts[name] for name in used)]
     if not used or not empty:
         return
     counted = f"{len(empty)} of {len(rows)} rows have no grasp"
@@ -710,7 +708,7 @@ def _note_empty_grasps(
             " grasp of its own"
         )
     fix = f"fill the cells of {', '.join(map(repr, used))}, or name other columns with --grasp"
-    examples = listed([sound.text for sound in sorted(empty)])
+    examples = listed([part.text for part in sorted(empty)])
     result.remarks["warning"].append((counted, f"{consequence} ({examples}); {fix}"))
 
 
@@ -720,7 +718,7 @@ def _with_joined_numbers(
     """Return rows in which each number of a grasp or sample has one spelling, and note numbers that
     had several."""
     samples = [name for name, role in columns.items() if role == "sample"]
-    joined = {sound: dict(texts) for sound, texts in rows.items()}
+    joined = {part: dict(texts) for part, texts in rows.items()}
     for name in [*_grasp_columns(rows, columns, settings), *samples]:
         spellings = joined_spellings({texts[name] for texts in rows.values()})
         for texts in joined.values():

@@ -185,5 +185,5 @@ def label_rows(session: Session, recordings: Sequence[Recording]) -> list[dict[s
 
 
 def _time_text(time_s: float | None) -> str:
-    """Return a time of a segment as a label; "" for the begin or end of the file."""
+    """Return a time of a segment as a label; "" for the beginning or end of the file."""
     return "" if time_s is None else str(time_s)

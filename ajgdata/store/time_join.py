@@ -14,7 +14,7 @@ from datetime import UTC, datetime
 from decimal import Decimal
 from pathlib import Path
 
-from ajgdata.store.file_segments import Sound
+from ajgdata.store.file_segments import FilePart
 from ajgdata.store.label_table import read_label_table
 from ajgdata.types import DataError, JoinSettings
 
@@ -35,7 +35,7 @@ class JoinResult:
     A recording without cells has an entry in `missing`. `notes` are names and reasons.
     """
 
-    cells: dict[Sound, Cells] = field(default_factory=dict)
+    cells: dict[FilePart, Cells] = field(default_factory=dict)
     missing: list[tuple[str, str]] = field(default_factory=list)
     notes: list[tuple[str, str]] = field(default_factory=list)
 
@@ -73,7 +73,7 @@ def parse_time(text: str, utc_offset: str = "") -> Decimal:
     return past.days * 86_400 + past.seconds + Decimal(past.microseconds) / 1_000_000
 
 
-def join_by_time(folder: Path, times: Mapping[Sound, str], settings: JoinSettings) -> JoinResult:
+def join_by_time(folder: Path, times: Mapping[FilePart, str], settings: JoinSettings) -> JoinResult:
     """Return the cells of the nearest row of `settings.table` for each recording.
 
     `times` are the texts of the times of recordings. Rows with equal times and equal

@@ -71,7 +71,7 @@ class SegmentSettings(Strict):
         0,
         ge=0,
         allow_inf_nan=False,
-        description="time from the begin of an interval, or file, to its first segment, in s",
+        description="time from the beginning of an interval, or file, to its first segment, in s",
     )
 
     @model_validator(mode="after")

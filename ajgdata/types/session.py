@@ -181,10 +181,10 @@ class Recording(Strict):
         "detected; `ajgdata check NAME --accept` stores it",
     )
     start_s: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = Field(
-        None, description="begin of the recording in the file in s; empty: the begin of the file"
+        None, description="start of the recording in the file in s; empty: that of the file"
     )
     end_s: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = Field(
-        None, description="end of the recording in the file in s; empty: the end of the file"
+        None, description="end of the recording in the file in s; empty: that of the file"
     )
     grasp_id: Annotated[str, Field(min_length=1)] = Field(
         description="one closing of the gripper on an object; the default group of cross-validation"

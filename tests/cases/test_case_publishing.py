@@ -8,6 +8,8 @@ import os
 import re
 from pathlib import Path
 
+import mlcroissant as mlc
+import numpy as np
 import pytest
 from recorded import make_features
 from sounds import resonances, write_wav
@@ -204,6 +206,37 @@ def test_every_example_of_the_card_reads_equal_labels(
         assert labels == expected, library
         if library != "xarray":  # a feature file does not name files
             assert {row["recording"]: row["file_name"] for row in result} == files
+
+
+@pytest.mark.filterwarnings("ignore")  # of the readers
+def test_every_example_of_the_card_reads_segments_as_files(
+    ajgdata, paths, src, build, tmp_path, monkeypatch
+):
+    sounds = [resonances(number % 2, number, frames=22_050) for number in range(6)]
+    write_wav(src / "long.wav", np.concatenate(sounds))
+    lines = [f"{number / 2}\t{(number + 1) / 2}\t{'ab'[number % 2]}" for number in range(6)]
+    (src / "long.txt").write_text("\n".join(lines))
+    ajgdata("import", src, "--dataset", "mine", "--segments", "track")
+    build()
+    tree = Tree(tmp_path / "published")
+    assert publish(paths, "mine", tree.root).recordings == 6
+    expected = {
+        f"src/long_{number + 1}": ("ab"[number % 2], number / 2, (number + 1) / 2)
+        for number in range(6)
+    }
+    monkeypatch.chdir(tree.root)
+    for library, program in examples(tree).items():
+        rows = READERS[library](program)
+        cells = {
+            row["recording"]: (row["label"], float(row["start_s"]), float(row["end_s"]))
+            for row in rows
+        }
+        assert cells == expected, library
+        if library != "xarray":
+            names = {row["recording"]: row["file_name"] for row in rows}
+            assert names == {name: f"audio/{name}.wav" for name in expected}
+    content = mlc.Dataset(str(tree / tree.CROISSANT)).records("audio")
+    assert len(list(content)) == 6
 
 
 def test_a_fetched_data_set_has_the_published_labels(ajgdata, paths, src, build, tmp_path, rows):

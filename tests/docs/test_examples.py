@@ -87,7 +87,9 @@ MODULES = (
     "ajgdata.store.audio",
     "ajgdata.store.features",
     "ajgdata.types.robot_columns",
+    "ajgdata.types.session",
     "ajgdata.store.file_matching",
+    "ajgdata.store.file_segments",
     "ajgdata.store.publishing.columns",
     "ajgdata.store.publishing.differences",
     "ajgdata.store.syntax",
@@ -209,6 +211,15 @@ def test_own_recordings(in_project):
     assert samples.shape == (2, 4801)
     ringing = 0.5 * np.exp(-5 * time) * np.sin(2 * np.pi * 6000 * time)
     np.testing.assert_allclose(samples[1], ringing, atol=2.0**-23)
+
+
+def test_long_file():
+    example = run("long_file")
+    assert example["counts"] == {"none": 10, "tip": 5, "base": 5}
+    assert example["grasps"] == 4
+    seventh = example["seventh"]
+    assert (seventh.label.item(), seventh.start_s.item(), seventh.end_s.item()) == ("tip", 6, 7)
+    np.testing.assert_allclose(seventh.waveform.values, example["taps"][6], atol=2.0**-23)
 
 
 def test_publishing(in_project):
