@@ -6,11 +6,13 @@
 from __future__ import annotations
 
 import math
+from pathlib import PurePath
 from typing import Annotated, Any, Literal
 
 from pydantic import (
     Field,
     SerializerFunctionWrapHandler,
+    field_validator,
     model_serializer,
     model_validator,
 )
@@ -192,6 +194,14 @@ class SoundFile(_Kind):
     )
     silence_s: SilenceAfter = 0.0
     silence_before_s: SilenceBefore = 0.0
+
+    @field_validator("file")
+    @classmethod
+    def _inside_the_project(cls, file: str) -> str:
+        path = PurePath(file)
+        if path.anchor or ".." in path.parts:
+            raise ValueError("must be a path inside the folder of the project")
+        return file
 
     @property
     def description(self) -> str:

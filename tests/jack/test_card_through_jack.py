@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 from simulated_card import PERIOD
 
-from ajgdata.acquire.card import CardError
+from ajgdata.acquire.card import CardError, TakeError
 from ajgdata.acquire.sound_card import open_card
 from ajgdata.gripper import excitation_sweep
+from ajgdata.types import PassiveRecording
 
 #: Of 15 bits, and a response of few: each product and sum is exact in float64, and none is lost in
 #: float32 or 24 bits.
@@ -112,3 +113,36 @@ def test_whoever_is_killed_is_missed_without_another_attempt(rig, who):
     # The server of a killed card ends with it.
     said = "its process has ended" if who == "recorder" else "was disconnected while it played"
     assert said in str(raised.value)
+
+
+def test_each_passive_recording_is_a_part_of_the_known_noise(rig):
+    """The noise has a seed: a lost frame would make a recording differ from each part of it."""
+    level = 3.9e-2  # 3.9 standard deviations, which the noise reaches every 0.2 s
+    settings = PassiveRecording(
+        length_s=0.3, trigger_dbfs=20 * np.log10(level), pre_trigger_s=0.1, time_limit_s=60
+    )
+    frames = 13_230
+    before = 4_410
+    started = rig(noise=1e-2, attempts=1)
+    with open_card(started.settings) as card, freewheeling():
+        takes = [card.take(settings) for _ in range(5)]
+    noise = 1e-2 * np.random.default_rng(0).standard_normal(40_000_000)
+    noise = (np.round(noise * 2**23) / 2**23).astype(np.float32)
+    for take in takes:
+        first = take.samples[before]
+        assert abs(first) >= level
+        starts = np.flatnonzero(noise == first) - before
+        parts = [noise[start : start + frames] for start in starts if start >= 0]
+        assert any(np.array_equal(part, take.samples) for part in parts)
+        assert (take.latency_samples, take.attempts) == (None, 1)
+
+
+def test_no_trigger_is_reported_and_the_card_records_again(rig):
+    started = rig(noise=1e-3)
+    quiet = PassiveRecording(length_s=0.2, trigger_dbfs=-20, time_limit_s=1)
+    with open_card(started.settings) as card, freewheeling():
+        with pytest.raises(TakeError, match="no sound reached -20 dBFS in 1 s"):
+            card.take(quiet)
+        samples = card.take(PassiveRecording(length_s=0.2)).samples
+    assert len(samples) == 8_820
+    assert samples.std() == pytest.approx(1e-3, rel=0.05)  # six times 1/sqrt(2 n)

@@ -18,7 +18,7 @@ from ajgdata.live.events import EventLog
 from ajgdata.live.predictor import NoveltyVerdict, Prediction
 from ajgdata.live.sort import Sorter
 from ajgdata.live.steps import Control
-from ajgdata.types import DatasetSpec, LogSweep
+from ajgdata.types import DatasetSpec, LogSweep, PassiveRecording
 from ajgdata.types.protocol import SortPlan
 
 CLASSES = ("ball", "cube", "rod")
@@ -121,12 +121,16 @@ class Cell:
         self.sorter: Sorter | None = None
 
     @contextmanager
-    def open(self, sort_plan: SortPlan, *predictions: Prediction, **about):
-        sound = excitation_samples(SWEEP, RATE_HZ)
+    def open(self, sort_plan: SortPlan, *predictions: Prediction, played=SWEEP, **about):
+        sound = None
+        card_sound = played
+        if not isinstance(played, PassiveRecording):
+            sound = excitation_samples(played, RATE_HZ)
+            card_sound = sound.astype(np.float32)
         with (
             live_session(
                 self.folder,
-                DatasetSpec(name="d", excitation=SWEEP),
+                DatasetSpec(name="d", excitation=played),
                 sound,
                 CardSettings(device="fake"),
                 {"sort": {"target": "label"}},
@@ -138,7 +142,7 @@ class Cell:
                 plan=sort_plan,
                 senses=Scripted(*predictions),
                 card=fake_card(self.line),
-                played=sound.astype(np.float32),
+                played=card_sound,
                 robot=self.robot,
                 session=session,
                 log=log,

@@ -7,15 +7,17 @@ from pathlib import Path
 
 import pytest
 import yaml
-from published import edit_rows, remake, repack, reseal
-from worlds import Project
+from published import edit_rows, make_project, published, remake, repack, reseal
+from worlds import RATE_HZ, Project, tone
 
+from ajgdata.acquire.excitation import played_samples
 from ajgdata.paths import Paths
 from ajgdata.pipeline.fetch import fetch
 from ajgdata.pipeline.plan import plan
+from ajgdata.store.audio import file_sha256, write_pcm24
 from ajgdata.store.publishing import archive
-from ajgdata.store.sessions import read_dataset, read_session
-from ajgdata.types import DataError
+from ajgdata.store.sessions import read_dataset, read_recordings, read_session, write_session
+from ajgdata.types import Acquisition, DataError, PassiveRecording
 
 
 @pytest.fixture
@@ -80,6 +82,35 @@ def test_sessions_and_sounds_come_back(world, tree, elsewhere):
         assert (here / "excitation.wav").read_bytes() == (there / "excitation.wav").read_bytes()
     kept = elsewhere.paths.fetched_sums("d").parent
     assert {p.name for p in kept.iterdir()} == {"README.md", "LICENSE", "SHA256SUMS"}
+
+
+def test_a_sound_file_keeps_its_checksum_and_passive_sessions_their_settings(tmp_path, elsewhere):
+    """The file itself is not published: sessions have their excitation.wav."""
+    project = make_project(tmp_path / "origin")
+    path = project.root / "sounds" / "own.wav"
+    path.parent.mkdir()
+    write_pcm24(path, tone(300), RATE_HZ)
+    declared = yaml.safe_load(project.paths.dataset("d").read_text())
+    sound = {"kind": "file", "file": "sounds/own.wav"}
+    project.declare(**declared | {"excitation": sound})
+    passive = PassiveRecording(trigger_dbfs=-30).model_dump()
+    acquisition = Acquisition(finished=True, setup={"excitation": passive})
+    session = read_session(project.folder("s2"))
+    update = {"source": "soundcard", "excitation": None, "acquisition": acquisition}
+    rows = read_recordings(project.folder("s2"))[0]
+    write_session(project.folder("s2"), session.model_copy(update=update), rows)
+    (project.folder("s2") / "excitation.wav").unlink()
+    remake(project)
+    published(project, tmp_path / "out")
+    fetch(elsewhere.paths, str(tmp_path / "out"))
+    excitation = read_dataset(elsewhere.paths, "d").excitation
+    assert excitation.sha256 == file_sha256(path)
+    assert excitation.sha256 == read_dataset(project.paths, "d").excitation.sha256
+    assert (elsewhere.folder("s1") / "excitation.wav").read_bytes() == path.read_bytes()
+    assert not (elsewhere.folder("s2") / "excitation.wav").exists()
+    assert read_session(elsewhere.folder("s2")).acquisition == acquisition
+    with pytest.raises(DataError, match=r"excitation\.file: there is no .*own\.wav"):
+        played_samples(excitation, RATE_HZ, elsewhere.root)
 
 
 def test_another_name_without_tests_on_other_data_sets(tree, elsewhere):

@@ -6,11 +6,13 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
+from fake_card import FakeLine, fake_card
 from json_page import assert_documented
 from live_events import read_events
 from typer.testing import CliRunner
@@ -192,6 +194,39 @@ def test_sense_calls_nothing_known_if_most_novel_objects_are_missed(
     assert "no sign of a novel object: box (novelty " in last
     assert f"limit 1; {text})" in last
     assert "known" not in last
+
+
+@pytest.fixture
+def passive(trained, run, tmp_path, monkeypatch):
+    """Run `sense` with a card in a room where something is tapped, and without a played sound."""
+    datasets = tmp_path / "p" / "datasets"
+    datasets.unlink()
+    (datasets / "d").mkdir(parents=True)
+    excitation = {"kind": "none", "length_s": 0.2, "trigger_dbfs": -20, "time_limit_s": 1}
+    content = {key: value for key, value in DECLARATION.items() if key != "recipe"}
+    (datasets / "d" / "dataset.yaml").write_text(
+        yaml.safe_dump(content | {"excitation": excitation})
+    )
+
+    def sense(level):
+        room = 1e-3 * np.random.default_rng(0).standard_normal(100_000)
+        room[20_000] = level
+        monkeypatch.setattr(
+            "ajgdata.pipeline.acquire_live.open_card",
+            lambda settings: nullcontext(fake_card(FakeLine(room=room))),
+        )
+        return run("sense", "d", "what", "linear", "--device", "fake")
+
+    return sense
+
+
+def test_sense_waits_for_a_sound_if_none_is_played(passive):
+    done = passive(0.5)
+    assert done.exit_code == 0, done.output
+    assert done.stdout.startswith("recording starts at -20 dBFS; waiting up to 1 s\n")
+    assert " -6.0 dBFS" in done.stdout
+    with pytest.raises(DataError, match="no sound reached -20 dBFS in 1 s"):
+        raise passive(0.05).exception
 
 
 @pytest.mark.parametrize(

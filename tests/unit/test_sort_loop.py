@@ -3,6 +3,7 @@
 import itertools
 import signal
 
+import numpy as np
 import pytest
 from fake_card import FakeLine, Fault
 from sorting_lab import (
@@ -23,7 +24,9 @@ from sorting_lab import (
 from ajgdata.acquire.card import CardError
 from ajgdata.acquire.robot import RobotError, RobotGrasp
 from ajgdata.live.sort import arrivals
+from ajgdata.store.audio import read_audio
 from ajgdata.store.sessions import read_recordings, read_session
+from ajgdata.types import AudioSettings, PassiveRecording
 
 
 @pytest.fixture
@@ -48,6 +51,19 @@ def test_the_paper_s_sequence_object_by_object(cell):
     assert [event["n"] for event in cell.events()] == list(range(len(kinds)))
     last = cell.events("stopped")[0]
     assert (last["reason"], last["held"], last["sorts"]) == ("no object is left", "", 3)
+
+
+def test_objects_are_sorted_by_sounds_that_nobody_played(cell):
+    room = 1e-3 * np.random.default_rng(0).standard_normal(100_000)
+    room[30_000] = 0.8
+    cell.line = FakeLine(room=room)
+    settings = PassiveRecording(length_s=0.2, trigger_dbfs=-20, pre_trigger_s=0.05)
+    done = cell.run(plan(objects=["ball"]), BALL, played=settings)
+    assert (len(done.placed), done.stopped["finished"]) == (1, True)
+    (row,) = read_recordings(cell.folder)[0]
+    recorded = read_audio(cell.folder / row.file, AudioSettings()).samples
+    np.testing.assert_allclose(recorded, room[27_795:36_615], atol=2**-23)
+    assert read_session(cell.folder).excitation is None
 
 
 def test_an_object_in_doubt_stops_the_run_as_in_the_paper(cell):
