@@ -274,6 +274,7 @@ def read_predictor(folder: Path, dataset: str, task: str) -> Predictor:
             kind=about["kind"],
             unit=about["unit"],
             classes=tuple(about["classes"]),
+            axes=tuple(about.get("axes", ())),
             audio=AudioSettings.model_validate(about["audio"]),
             features=FeatureSettings.model_validate(about["features"]),
             calibration=calibration,
@@ -293,7 +294,7 @@ class Part:
     """
 
     X: np.ndarray  #: features (n, n_features), float32
-    y: np.ndarray  #: labels (n,), float64 or text
+    y: np.ndarray  #: labels (n,), float64 or text; vectors (n, k)
     groups: np.ndarray  #: names of the groups (n,), text
     recordings: np.ndarray  #: names of the recordings (n,), `<session>/<recording_id>`
     classes: tuple[

@@ -50,7 +50,7 @@ def make_features(paths: Paths, dataset: str) -> tuple[int, int]:
         sessions=list_sessions(paths, dataset),
         audio=spec.audio,
         features=spec.features,
-        targets=spec.targets,
+        targets=spec.label_targets,
         code=code_hash("features"),
         store=paths.features(dataset),
         quarantine=paths.quarantine(dataset),

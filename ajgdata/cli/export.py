@@ -71,6 +71,9 @@ def _export_model(dataset: str, task: str, model: str, folder: Path | None) -> N
     require_extra("export", "ajgdata export")
     paths = find_project()
     predictor = load_predictor(dataset, task, model, paths.root)
+    if predictor.axes:
+        fix = "export a task whose target is one column, or use ajgdata.load_predictor"
+        raise DataError(f"{dataset}/{task}", "predicts a vector, which is not exported", fix)
     from ajgdata.export import onnx_bytes  # loads torch, so errors above are printed first
 
     model_folder = paths.model(dataset, task, model)

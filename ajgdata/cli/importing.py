@@ -224,14 +224,14 @@ def show_summary(paths: Paths, spec: DatasetSpec, *, known: bool) -> bool:
     issues = label_issues(tables, spec)
     if known:
         say(f"as declared before in {file}")
-        print_facts(label_counts(tables, spec.targets))
+        print_facts(label_counts(tables, spec.label_targets))
         issues += cells_without_value(tables, spec)
     else:  # the import has already listed cells without a value
         channel = _channel(spec.audio.microphone)
         targets = ", ".join(spec.targets) or "none"
         rate = f"{spec.audio.sample_rate_hz} Hz"
         say(f"now declared in {file}: {rate}, {channel}, targets {targets}")
-        print_facts(label_counts(tables, spec.targets))
+        print_facts(label_counts(tables, spec.label_targets))
         say("models: linear and k-NN; to train the CNN too, add `cnn` to `models` of a task")
     for issue in issues:
         say(f"[yellow]warning[/yellow] {escape(issue.problem)}; {issue.fix}")

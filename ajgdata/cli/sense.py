@@ -249,11 +249,14 @@ def _print_prediction(
 
 
 def _value_text(prediction: Prediction) -> str:
-    """Return the predicted class, or the number with its interval."""
+    """Return the predicted class, or the number or vector with its interval."""
     if not prediction.interval:
         return str(prediction.value)
     low, high = prediction.interval
     unit = f" {prediction.unit}" if prediction.unit else ""
+    if isinstance(prediction.value, tuple):
+        vector = ", ".join(f"{number:.4g}" for number in prediction.value)
+        return f"({vector}){unit}, within {(high[0] - low[0]) / 2:.4g}{unit}"
     return f"{prediction.value:.4g}{unit}, between {low:.4g} and {high:.4g}"
 
 

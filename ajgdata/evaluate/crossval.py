@@ -29,7 +29,7 @@ from ajgdata.evaluate.agreement import Estimate, Interval
 from ajgdata.evaluate.intervals import metric_interval
 from ajgdata.evaluate.splits import check_folds, grouped_folds, random_folds
 from ajgdata.evaluate.task_data import TaskData
-from ajgdata.models import fit_model, make_model
+from ajgdata.models import fit_model, make_model, number_of_axes
 from ajgdata.models.tuning import Folds
 from ajgdata.types import MODELS, Kind, NotPossibleError
 
@@ -65,11 +65,14 @@ class Scores:
     pooled: dict[str, float]
     chance: dict[str, float]
     classes: tuple[Any, ...]
+    axes: tuple[Scores, ...] = ()  #: scores of each axis of a vector
 
 
 @dataclass(frozen=True, eq=False)
 class Predictions:
     """Predictions (n,), each by a model that was not trained on the group of the recording.
+
+    Truth and prediction of a vector are (n, k).
 
     Out-of-fold predictions are in the order of the input, one for each row. Predictions of extra
     rows are in the order of the folds.
@@ -80,6 +83,11 @@ class Predictions:
     y_true: np.ndarray
     y_pred: np.ndarray
     probability: np.ndarray | None  #: of the predicted class; None if the model has none
+
+    def axis(self, number: int) -> Predictions:
+        """Return the predictions of one axis of a vector."""
+        y_true = self.y_true[:, number]
+        return replace(self, y_true=y_true, y_pred=self.y_pred[:, number])
 
 
 class Tested(NamedTuple):
@@ -155,9 +163,10 @@ def cross_validate(
 ) -> CrossValidation:
     """Cross-validate a model: each fold is predicted by a model trained on the other folds.
 
-    `features` (n, n_features); `target` (n,) numbers or class labels. `groups` (n,) are labels,
-    e.g. of grasps: the recordings of a group are never in both parts of a fold. With None, groups
-    are ignored, which gives optimistic scores if recordings of one grasp are similar.
+    `features` (n, n_features); `target` (n,) numbers or class labels, or (n, k) vectors of numbers.
+    `groups` (n,) are labels, e.g. of grasps: the recordings of a group are never in both parts of a
+    fold. With None, groups are ignored, which gives optimistic scores if recordings of one grasp
+    are similar.
 
     `folds` is a number of folds (see `grouped_folds` and `random_folds`, which use `seed`), or the
     pairs (train, test) of row numbers that a function of `splits` returns. `model` is a name of
@@ -195,7 +204,7 @@ def cross_validate(
     unfitted = model
     limit = None
     if isinstance(model, str):
-        unfitted = make_model(model, kind, seed, period)
+        unfitted = make_model(model, kind, seed, period, number_of_axes(target))
         limit = MODELS[model].most_recordings
     inner_group = group if grasps is None else np.asarray(grasps)
     with threadpool_limits(limits=1):
@@ -211,7 +220,8 @@ def _validated(
     features: np.ndarray, target: np.ndarray, kind: Kind
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return features (n, f) and target (n,) as arrays; the target of a regression as float64."""
-    features, target = check_X_y(features, target, dtype=None)
+    is_vector = kind == "regression" and np.ndim(target) > 1
+    features, target = check_X_y(features, target, dtype=None, multi_output=is_vector)
     return features, target.astype(np.float64) if kind == "regression" else target
 
 
@@ -332,7 +342,15 @@ def _collected(
 def _scores(
     tests: TaskData, parts: Sequence[_Part], kind: Kind, period: float | None, split: str
 ) -> Scores:
-    """Return the scores of the predicted parts of `tests`, each by one fold."""
+    """Return the scores of the predicted parts of `tests`, each by one fold, and of each axis."""
+    axes = []
+    for axis in range(tests.value.shape[1] if tests.value.ndim > 1 else 0):
+        rows = tests._replace(value=tests.value[:, axis])
+        own = [
+            replace(part, y_train=part.y_train[:, axis], y_pred=part.y_pred[:, axis])
+            for part in parts
+        ]
+        axes.append(_scores(rows, own, kind, period, split))
     y = tests.value
     by_fold = [metrics.score(y[part.row], part.y_pred, kind, period) for part in parts]
     chance = [metrics.chance(part.y_train, y[part.row], kind, period) for part in parts]
@@ -354,6 +372,7 @@ def _scores(
         pooled=metrics.score(y_true, y_pred, kind, period),
         chance={name: float(np.mean([fold[name] for fold in chance])) for name in names},
         classes=tuple(classes.tolist()) if kind == "classification" else (),
+        axes=tuple(axes),
     )
 
 

@@ -23,7 +23,7 @@ from ajgdata.evaluate.calibration import (
     weighted_quantile,
     with_temperature,
 )
-from ajgdata.evaluate.metrics import wrapped
+from ajgdata.evaluate.metrics import length, wrapped
 from ajgdata.evaluate.novelty import Alarm, alarm, novel_scores
 from ajgdata.evaluate.splits import grouped_folds
 from ajgdata.models import fit_named_model, make_model
@@ -43,7 +43,8 @@ class Calibration:
     """Calibration of a model. A value that could not be computed is None; `problems` has reasons.
 
     Probabilities in use are softmax(log p / `temperature`). The true value is within `half_width`
-    (in the unit of the target) of a predicted value for a share `coverage` of new groups. A
+    (in the unit of the target; of a vector in Euclidean distance) of a predicted value for a share
+    `coverage` of new groups. A
     recording is novel if its distance to the nearest grasp exceeds `novelty_threshold`, or if its
     relative distance exceeds `relative_threshold` (see `novelty`). This flags up to a share
     `false_alarm` of new grasps of known objects (`false_alarm_stated` is the requested share), and
@@ -227,7 +228,10 @@ def held_out_residuals(
     seed: int,
     period: float | None = None,
 ) -> np.ndarray:
-    """Return |y - prediction| (n,), each by a `model` that was trained on the other folds."""
+    """Return |y - prediction| (n,), each by a `model` that was trained on the other folds.
+
+    For vectors y (n, k), it is the Euclidean distance.
+    """
     residual = np.empty(len(y))
     for fitted, _, test in _held_out(
         features,
@@ -239,7 +243,7 @@ def held_out_residuals(
         seed=seed,
         period=period,
     ):
-        residual[test] = np.abs(wrapped(y[test] - fitted.predict(features[test]), period))
+        residual[test] = length(wrapped(y[test] - fitted.predict(features[test]), period))
     return residual
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.special import betaincinv
 
 from ajgdata.evaluate.agreement import UNDEFINED, Interval
-from ajgdata.evaluate.metrics import wrapped
+from ajgdata.evaluate.metrics import length, wrapped
 from ajgdata.types import Kind
 
 #: Share of intervals that contain the true value, if the assumptions hold.
@@ -45,9 +45,10 @@ def metric_interval(
     """Return the 95 % interval over grasps of the mean over folds of RMSE or accuracy.
 
     All arrays are (n,), one element per prediction: truth, prediction, number of the fold, and
-    grasp. The RMSE of a regression is in the unit of the target, an accuracy between 0 and 1. The
-    interval is that of a cluster bootstrap (see the head of `ajgdata/evaluate/intervals.py`). With
-    a `period`, the targets y and y + period are equal.
+    grasp. Truth and prediction of a vector are (n, k). The RMSE of a regression is in the unit of
+    the target, an accuracy between 0 and 1. The interval is that of a cluster bootstrap (see the
+    head of `ajgdata/evaluate/intervals.py`). With a `period`, the targets y and y + period are
+    equal.
 
     If several folds predict a grasp, because it is in no training part, a resample draws it for all
     of them together. With `part` (n,), the metric of a fold is over all parts, each weighted by its
@@ -66,7 +67,8 @@ def metric_interval(
     '0.912 1'
     """
     if kind == "regression":
-        loss = np.square(wrapped(np.asarray(y_pred, float) - np.asarray(y_true, float), period))
+        difference = wrapped(np.asarray(y_pred, float) - np.asarray(y_true, float), period)
+        loss = np.square(length(difference))
     else:
         loss = np.asarray(y_pred == y_true, float)
     is_share = kind == "classification"

@@ -35,7 +35,7 @@ def perfect_value(metric: str) -> float:
 def score(
     y_true: np.ndarray, y_pred: np.ndarray, kind: Kind, period: float | None = None
 ) -> dict[str, float]:
-    """Return all metrics of `kind` for targets and predictions (n,).
+    """Return all metrics of `kind` for targets and predictions (n,), or (n, k) of a vector.
 
     With a `period`, the targets y and y + period are equal (see `wrapped`).
 
@@ -70,29 +70,48 @@ def regression(
     """Return `rmse` and `mae` in the unit of the target, and `r2` = 1 - SS_res / SS_tot.
 
     SS_res is the sum of the squared differences between `y_true` and `y_pred` (n,), and SS_tot the
-    sum of the squared differences between `y_true` and its mean (see `middle`). With a `period`,
-    differences are wrapped (see `wrapped`). `weight` (n,) are the weights of the recordings; None:
-    equal weights. `r2` is NaN if all targets are equal, for example in a fold that tests one object
-    size.
+    sum of the squared differences between `y_true` and its mean (see `middle`). For vectors (n, k),
+    a difference is a Euclidean distance: `rmse` is the root of its mean square, and `mae` its mean.
+    With a `period`, differences are wrapped (see `wrapped`). `weight` (n,) are the weights of the
+    recordings; None: equal weights. `r2` is NaN if all targets are equal, for example in a fold
+    that tests one object size.
+
+    >>> regression(np.array([[0.0, 0], [1, 0]]), np.array([[3.0, 4], [1, 0]]))["mae"]
+    2.5
     """
-    difference = wrapped(y_pred - y_true, period)
+    difference = length(wrapped(y_pred - y_true, period))
     residual = float(np.average(np.square(difference), weights=weight))
-    deviation = wrapped(y_true - middle(y_true, period, weight), period)
+    deviation = length(wrapped(y_true - middle(y_true, period, weight), period))
     total = float(np.average(np.square(deviation), weights=weight))
-    is_constant = np.ptp(y_true) == 0 or total == 0
+    is_constant = bool((y_true == y_true[:1]).all()) or total == 0
     return {
         "rmse": float(np.sqrt(residual)),
-        "mae": float(np.average(np.abs(difference), weights=weight)),
+        "mae": float(np.average(difference, weights=weight)),
         "r2": float("nan") if is_constant else 1 - residual / total,
     }
 
 
-def middle(y: np.ndarray, period: float | None, weight: np.ndarray | None = None) -> float:
-    """Return the mean of y (n,); with a period P the circular mean.
+def length(difference: np.ndarray) -> np.ndarray:
+    """Return the absolute values of differences (n,), or the Euclidean lengths of vectors (n, k).
+
+    >>> length(np.array([-2.0, 1.0])), length(np.array([[3.0, 4.0]]))
+    (array([2., 1.]), array([5.]))
+    """
+    if difference.ndim == 1:
+        return np.abs(difference)
+    return np.asarray(np.sqrt(np.square(difference).sum(axis=1)))
+
+
+def middle(
+    y: np.ndarray, period: float | None, weight: np.ndarray | None = None
+) -> float | np.ndarray:
+    """Return the mean of y (n,); with a period P the circular mean; of vectors (n, k) their mean.
 
     The circular mean has the angle of the mean of exp(2 pi i y / P), in [0, P). `weight` (n,) are
     the weights of the values.
     """
+    if y.ndim > 1:
+        return np.asarray(np.average(y, axis=0, weights=weight))
     if period is None:
         return float(np.average(y, weights=weight))
     mean = np.average(np.exp(2j * np.pi * y / period), weights=weight)
@@ -125,7 +144,8 @@ def chance(
     less frequent in the test part.
     """
     if kind == "regression":
-        return regression(y_test, np.full(len(y_test), middle(y_train, period)), period)
+        guess = np.broadcast_to(middle(y_train, period), y_test.shape)
+        return regression(y_test, guess, period)
     dummy = DummyClassifier(strategy="prior").fit(np.zeros((len(y_train), 1)), y_train)
     scores = classification(y_test, dummy.predict(np.zeros((len(y_test), 1))))
     scores["accuracy"] = max(scores["accuracy"], 1 / len(dummy.classes_))

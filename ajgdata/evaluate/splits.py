@@ -100,6 +100,8 @@ def placement_folds(
     [[0, 2], [1, 3]]
     """
     y = np.asarray(y)
+    if y.ndim > 1:  # equal vectors are one value
+        y = np.array([str(vector) for vector in y.tolist()])
     placement = np.asarray(placements).astype(str)
     names_of = {value: np.unique(placement[y == value]) for value in np.unique(y).tolist()}
     if sum(len(names) for names in names_of.values()) > len(np.unique(placement)):

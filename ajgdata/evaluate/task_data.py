@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,10 @@ from ajgdata.types.task_settings import TrainingSettings
 
 
 class TaskData(NamedTuple):
-    """Recordings of a task: features (n, f); values of the target, groups and names (n,)."""
+    """Recordings of a task: features (n, f); values of the target, groups and names (n,).
+
+    The values of a target that is a vector are (n, k).
+    """
 
     feature: np.ndarray
     value: np.ndarray
@@ -29,6 +32,12 @@ class TaskData(NamedTuple):
         if chosen.dtype == bool and chosen.all():
             return self
         return TaskData(*(column[chosen] for column in self))
+
+    def values(self) -> list[Any]:
+        """Return the values (n,) as Python values that can be compared: vectors as tuples."""
+        if self.value.ndim == 1:
+            return list(self.value.tolist())
+        return [tuple(vector) for vector in self.value.tolist()]
 
     def by_session(self) -> TaskData:
         """Return the same recordings, grouped by session. Names begin with the session and "/"."""
@@ -47,9 +56,11 @@ def task_data(
     groups: str,
     classes: Sequence[str] = (),
     without: Collection[str] = (),
+    axes: Sequence[str] = (),
 ) -> TaskData:
     """Return the recordings of `table` whose `target` is not missing, grouped by column `groups`.
 
+    `axes` are the columns of a target that is a vector; a recording needs a value of each.
     If `classes` are given, recordings of other classes are excluded. The objects `without` (those
     of a placebo) are always excluded. Raises NotPossibleError if there are no recordings, if a
     column is missing, for a class without recordings, if all values or all groups are equal, and
@@ -57,10 +68,10 @@ def task_data(
     """
     if not len(table.feature):
         raise NotPossibleError("no recording can be used: see the quarantine table")
-    for column in (target, groups):
+    for column in (*(axes or [target]), groups):
         if column not in table.columns:
             raise NotPossibleError(f"there is no column {column!r}: add it to recordings.csv")
-    values = table.columns[target].values
+    values = target_values(table, target, axes)
     included = _has_value(values, target, kind, classes)
     if without:
         included &= ~np.isin(table.columns["object"].values, [*without])
@@ -84,7 +95,10 @@ def _has_value(
     values: np.ndarray, target: str, kind: Kind, classes: Sequence[str]
 ) -> NDArray[np.bool_]:
     """Return which recordings have a value (n,) of the target, one of `classes` if given."""
-    has_value = np.isfinite(values) if kind == "regression" else values != ""
+    if kind == "regression":
+        has_value = np.isfinite(values).reshape(len(values), -1).all(axis=1)
+    else:
+        has_value = values != ""
     if not has_value.any():
         raise NotPossibleError(f"no recording has a value of {target!r}")
     if classes:
@@ -93,6 +107,13 @@ def _has_value(
             raise NotPossibleError(f"classes: no recording has the {target} {missing[0]!r}")
         has_value &= np.isin(values, classes)
     return np.asarray(has_value)
+
+
+def target_values(table: FeatureRows, target: str, axes: Sequence[str] = ()) -> np.ndarray:
+    """Return the values (n,) of a target, or (n, k) if it is a vector with the columns `axes`."""
+    if not axes:
+        return table.columns[target].values
+    return np.column_stack([table.columns[axis].values for axis in axes])
 
 
 def column_labels(table: FeatureRows, data: TaskData, column: str) -> np.ndarray:
@@ -192,4 +213,5 @@ def training_data(table: FeatureRows, settings: TrainingSettings) -> TaskData:
         settings.groups,
         classes_of(table, settings)[0],
         settings.placebo_objects,
+        settings.axes,
     )

@@ -84,7 +84,8 @@ class Inputs:
         task = self.task_settings
         column = groups or task.groups
         classes = self.classes_of_task[0]
-        return task_data(table, task.target, task.kind, column, classes, task.placebo_objects)
+        without = task.placebo_objects
+        return task_data(table, task.target, task.kind, column, classes, without, task.axes)
 
     def placebo_data(self, other: str | None) -> TaskData:
         """Return the recordings of one object under several names.

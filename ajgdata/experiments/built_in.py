@@ -29,6 +29,7 @@ _SPECS = (
         settings=CrossValidationSettings,
         division=ByModel(),
         order=1,
+        vectors=True,
         by_placement=True,
     ),
     ExperimentSpec(

@@ -73,6 +73,8 @@ PREDICTION_TITLES = {
     "y_pred": "Prediction",
     "probability": "Probability",
 }
+#: Columns of predictions that each axis of a vector has.
+VALUES = ("y_true", "y_pred")
 #: Metrics of a split: training recordings that a model used, and that there were.
 TRAINED_ON = ("training_recordings_used", "training_recordings_available")
 
@@ -191,7 +193,7 @@ def have_one_placement(data: TaskData, sessions: np.ndarray) -> bool:
 
     `sessions` (n,) are those of the recordings.
     """
-    units = {*zip(data.value.tolist(), sessions.tolist(), strict=True)}
+    units = {*zip(data.values(), sessions.tolist(), strict=True)}
     return len(np.unique(data.group)) == len(units)
 
 
@@ -268,9 +270,10 @@ def measure(inputs: Inputs, settings: CrossValidationSettings, model: str) -> Ou
     scores: list[ScoreRow] = []
     for part, result in parts.items():
         key = ScoreKey(model, *part_columns(part, inputs.dataset))
-        scores += fold_scores(result.scores, key)
-        interval = estimate_score(result, data[part].group, seed=inputs.seed).interval
-        scores += _interval_rows(inputs, interval, key)
+        scores += _score_rows(inputs, result, data[part].group, key)
+        for number, axis in enumerate(inputs.task_settings.axes):
+            of_axis = Tested(result.scores.axes[number], result.predictions.axis(number))
+            scores += _score_rows(inputs, of_axis, data[part].group, key._replace(condition=axis))
     for split, folds in splits.items():  # `thinned` is empty if a model used all recordings
         for name, counts in zip(TRAINED_ON, zip(*folds.thinned, strict=True), strict=False):
             count = float(np.mean(counts))
@@ -281,7 +284,12 @@ def measure(inputs: Inputs, settings: CrossValidationSettings, model: str) -> Ou
     predicted = (
         row
         for part, result in parts.items()
-        for row in _rows(data[part], part_columns(part, inputs.dataset), result.predictions)
+        for row in _rows(
+            data[part],
+            part_columns(part, inputs.dataset),
+            result.predictions,
+            inputs.task_settings.axes,
+        )
     )
     costs = (
         ScoreRow(name, COST, value, _cost_key(model, split, inputs))
@@ -294,7 +302,12 @@ def measure(inputs: Inputs, settings: CrossValidationSettings, model: str) -> Ou
     return Outcome(
         (
             score_table(scores, "Errors"),
-            table_of(PREDICTIONS, "Held-out predictions", predicted, **PREDICTION_TITLES),
+            table_of(
+                PREDICTIONS,
+                "Held-out predictions",
+                predicted,
+                **prediction_titles(inputs.task_settings.axes),
+            ),
         ),
         (score_table(costs, "Cost"),),
         {
@@ -306,13 +319,28 @@ def measure(inputs: Inputs, settings: CrossValidationSettings, model: str) -> Ou
     )
 
 
+def prediction_titles(axes: Sequence[str]) -> dict[str, str]:
+    """Return the titles of the columns of predictions; each axis of a vector has its own columns.
+
+    >>> list(prediction_titles(["x_m", "y_m"]))[5:9]
+    ['y_true_x_m', 'y_true_y_m', 'y_pred_x_m', 'y_pred_y_m']
+    """
+    titles: dict[str, str] = {}
+    for key, title in PREDICTION_TITLES.items():
+        if axes and key in VALUES:
+            titles.update({f"{key}_{axis}": f"{title} {axis}" for axis in axes})
+        else:
+            titles[key] = title
+    return titles
+
+
 def design_of(inputs: Inputs, data: TaskData) -> Design:
     """Return the design of the recordings of a task."""
     sessions = data.by_session().group.tolist()
     placements = None
     if PLACEMENT_COLUMN in inputs.store.columns:
         placements = column_labels(inputs.store, data, PLACEMENT_COLUMN).tolist()
-    return recording_design(data.value.tolist(), sessions, placements)
+    return recording_design(data.values(), sessions, placements)
 
 
 def _cost_key(model: str, part: str, inputs: Inputs) -> ScoreKey:
@@ -353,6 +381,15 @@ def _overall_scores(
     yield from _interval_rows(inputs, interval, key)
 
 
+def _score_rows(
+    inputs: Inputs, result: CrossValidation | Tested, groups: np.ndarray, key: ScoreKey
+) -> Iterator[ScoreRow]:
+    """Yield the scores of a part, and the interval over its `groups` (n,) of the first metric."""
+    yield from fold_scores(result.scores, key)
+    interval = estimate_score(result, groups, seed=inputs.seed).interval
+    yield from _interval_rows(inputs, interval, key)
+
+
 def _interval_rows(inputs: Inputs, interval: Interval, key: ScoreKey) -> Iterator[ScoreRow]:
     """Yield the ends of the interval over grasps of the first metric of the task."""
     metric = METRICS[inputs.task_settings.kind][0]
@@ -360,19 +397,24 @@ def _interval_rows(inputs: Inputs, interval: Interval, key: ScoreKey) -> Iterato
         yield ScoreRow(metric, end, value, key)
 
 
-def _rows(data: TaskData, part: PartColumns, predictions: Predictions) -> Iterator[dict[str, Any]]:
-    """Yield a row of `PREDICTION_TITLES` per predicted recording."""
+def _rows(
+    data: TaskData, part: PartColumns, predictions: Predictions, axes: Sequence[str]
+) -> Iterator[dict[str, Any]]:
+    """Yield a row of `prediction_titles` per predicted recording."""
     row = predictions.row
     probability = predictions.probability
     columns = {
         "recording": data.name[row],
         "fold": predictions.fold,
-        "y_true": predictions.y_true,
-        "y_pred": predictions.y_pred,
         "probability": [None] * len(row) if probability is None else probability,
     }
-    for values in zip(*columns.values(), strict=True):
-        yield {**part._asdict(), **dict(zip(columns, values, strict=True))}
+    for key, values in zip(VALUES, (predictions.y_true, predictions.y_pred), strict=True):
+        if axes:
+            columns.update({f"{key}_{a}": values[:, i] for i, a in enumerate(axes)})
+        else:
+            columns[key] = values
+    for cells in zip(*columns.values(), strict=True):
+        yield {**part._asdict(), **dict(zip(columns, cells, strict=True))}
 
 
 EXPERIMENT = Experiment(

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 from sklearn.metrics import confusion_matrix
@@ -103,7 +104,7 @@ class ModelResult:
         """Return values of the metric that is read first, by part and statistic; missing: NaN."""
         parts = [*TASK_PARTS, *SESSION_PARTS, *map(self.placebo_part, PLACEBO_SPLITS)]
         parts += [elsewhere(name) for name in self.task.settings.test_on]
-        scores = self.result.tables[SCORES].where(metric=self.task.metric)
+        scores = self.result.tables[SCORES].where(metric=self.task.metric, condition="")
         tables = {part: scores.where(**self._columns(part)) for part in parts}
         return {
             part: dict(zip(table.column("statistic"), table.numbers("value").tolist(), strict=True))
@@ -202,14 +203,24 @@ class ModelResult:
         """Return the cost of the model on the grouped split."""
         return ResultCost(self.measured["train_cpu_s"], 1e3 * self.measured["latency_s"])
 
-    def predictions(self, part: str = GROUPED) -> tuple[np.ndarray, np.ndarray]:
+    def axis_score(self, axis: str) -> Score:
+        """Return mean and deviation over folds of the RMSE of one axis of a vector."""
+        scores = self.result.tables[SCORES].where(
+            metric=self.task.metric, condition=axis, **self._columns(GROUPED)
+        )
+        value = {row["statistic"]: row["value"] for row in scores.rows}
+        return Score(value["mean"], value["sd"])
+
+    def predictions(self, part: str = GROUPED, axis: str = "") -> tuple[np.ndarray, np.ndarray]:
         """Return true and predicted values (n,) of a part: numbers, or labels of classes.
 
-        Predictions of a target with a period are given at the repetition nearest to the truth.
+        `axis` is that of a vector, and "" for one column. Predictions of a target with a period are
+        given at the repetition nearest to the truth.
         """
         table = self.result.tables[PREDICTIONS].where(**self._columns(part))
-        true = np.array(table.column("y_true"))
-        predicted = np.array(table.column("y_pred"))
+        suffix = f"_{axis}" if axis else ""
+        true = np.array(table.column(f"y_true{suffix}"))
+        predicted = np.array(table.column(f"y_pred{suffix}"))
         if self.task.task_settings.period_deg:
             predicted = true + wrapped(predicted - true, self.task.task_settings.period_deg)
         return true, predicted
@@ -290,15 +301,21 @@ def class_shares(results: TaskResults) -> Table:
 
 
 def numbers(results: TaskResults) -> Table:
-    """Return true and predicted values of each model; `mean` is that of the known true values."""
+    """Return true and predicted values of each model; `mean` is that of the known true values.
+
+    Each axis of a vector is a panel of its own.
+    """
     parts = {"known values": GROUPED, "withheld values": WITHHELD}
     rows = []
-    for model in models_of(results) if results.task_settings.kind == "regression" else ():
-        mean = float(model.predictions()[0].mean())
+    is_number = results.task_settings.kind == "regression"
+    panels = product(models_of(results), results.task_settings.axes or ("",))
+    for model, axis in panels if is_number else ():
+        mean = float(model.predictions(axis=axis)[0].mean())
+        label = f"{model.label}, {axis}" if axis else model.label
         for values, part in parts.items():
             if model.has(part):
-                true, predicted = model.predictions(part)
-                row = {"model": model.label, "values": values, "mean": mean}
+                true, predicted = model.predictions(part, axis)
+                row = {"model": label, "values": values, "mean": mean}
                 pairs = zip(binned(true), predicted, strict=True)
                 rows += [{**row, "true": t, "predicted": p} for t, p in pairs]
     name = column_title(results.target_title, results.task_settings.unit)
@@ -472,8 +489,18 @@ def summary(results: TaskResults) -> str:
         f"{counts['recordings']:,} recordings in {counts['groups']:,} groups ({task.groups}), "
         f"{counts['folds']} folds. "
         f"Lowest error: {top.label}, {results.metric_title} {top.shown(top.score())}."
+        f"{axes_sentence(top)}"
         f"{placement_sentence(results, top)}{unmeasured_sentence(results)}"
     )
+
+
+def axes_sentence(model: ModelResult) -> str:
+    """Return a sentence with the error of each axis of a vector; "" for one column."""
+    axes = model.task.task_settings.axes
+    if not axes:
+        return ""
+    errors = ", ".join(f"{axis} {model.shown(model.axis_score(axis))}" for axis in axes)
+    return f" This is the error of the Euclidean distance; by axis: {errors}."
 
 
 def placement_sentence(results: TaskResults, model: ModelResult) -> str:

@@ -162,9 +162,12 @@ def _request(spec: DatasetSpec, task: str, name: str) -> Request:
 
 def _check(spec: DatasetSpec, task: str, experiment: ExperimentSpec, settings: Any) -> None:
     """Raise ValueError for settings that the task cannot have."""
-    kind = spec.targets[spec.tasks[task].target].kind
+    target = spec.targets[spec.tasks[task].target]
+    kind = target.kind
     if kind not in experiment.kinds:
         raise ValueError(f"experiments.{experiment.name} is for {experiment.kinds[0]}, not {kind}")
+    if target.columns and not experiment.vectors:
+        raise ValueError(f"experiments.{experiment.name} is not for a target with columns")
     if spec.tasks[task].groups == PLACEMENT_COLUMN and not experiment.by_placement:
         raise ValueError(
             f"experiments.{experiment.name} has no folds of placements: use a task without "

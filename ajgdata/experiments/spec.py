@@ -35,6 +35,7 @@ class ExperimentSpec:
     reads_recordings: bool = False
     renders: bool = False
     of_embedding: bool = False
+    vectors: bool = False  #: whether it measures targets of several columns
     by_placement: bool = False  #: whether its folds can hold out one placement of every class
     paper: str = ""
 

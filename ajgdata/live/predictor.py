@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 #: Samples with a larger peak have another scale, for example 16-bit integers: samples relative to
 #: full scale end at 1, and voltages of a microphone are far below this limit.
 MAX_PEAK = 100.0
+#: A class, a number, or the numbers of a vector.
+Value = str | float | tuple[float, ...]
 #: Name, in error messages, of samples that are not from a file.
 HERE = Path("this recording")
 
@@ -47,11 +49,12 @@ class NoveltyVerdict(StrEnum):
 class Prediction:
     """The prediction of a trained model for one recording.
 
-    - `value` is the most probable class, or the number in `unit`. It has no meaning if the verdict
-      is NOTHING or UNKNOWN.
+    - `value` is the most probable class, or the number or vector in `unit`. It has no meaning if
+      the verdict is NOTHING or UNKNOWN.
     - `probability` has the calibrated probability of each class, in the order of the model's
       classes. It is empty for numbers and for models without probabilities.
-    - `interval` contains the true number with the model's stated coverage (None for classes).
+    - `interval` contains the true number with the model's stated coverage (None for classes). For a
+      vector, both ends are vectors; the stated coverage is that of the circle or sphere inside.
     - `novelty` is the distance to training grasps or objects, divided by its threshold. Above 1,
       the verdict is UNKNOWN. It is None if the verdict is NOT_CHECKED.
     - `detection_rate` is the share of novel objects that this check detects (None if it was not
@@ -60,12 +63,12 @@ class Prediction:
     """
 
     kind: Kind
-    value: str | float
+    value: Value
     unit: str
     verdict: NoveltyVerdict
     novelty: float | None
     probability: Mapping[str, float]
-    interval: tuple[float, float] | None = None
+    interval: tuple[Any, Any] | None = None
     remarks: Sequence[str] = ()
     detection_rate: float | None = None
 
@@ -98,10 +101,13 @@ class Predictor:
     features: FeatureSettings
     calibration: Calibration
     guard: NoveltyGuard
+    axes: tuple[str, ...] = ()  #: names of the numbers of a vector
 
     def __repr__(self) -> str:
         """Return data set, task, model, what it predicts, and the rate of recordings."""
         predicts = f"one of {len(self.classes)} classes" if self.classes else "a number"
+        if self.axes:
+            predicts = f"a vector of {', '.join(self.axes)}"
         if self.unit:
             predicts += f" in {self.unit}"
         name = f"{self.dataset}/{self.task}/{self.model}"
@@ -195,7 +201,7 @@ class Predictor:
 
     def _values_and_probabilities(
         self, features: np.ndarray
-    ) -> tuple[Sequence[str | float], list[dict[str, float]]]:
+    ) -> tuple[Sequence[Value], list[dict[str, float]]]:
         """Return the value of each of the features (m, f), and its probability of each class.
 
         A model without calibrated probabilities has no probability of any class.
@@ -206,6 +212,8 @@ class Predictor:
             predicted = model.predict(features)
             if self.kind == "regression":
                 predicted = predicted.astype(float)
+            if self.axes:
+                return [tuple(vector) for vector in predicted.tolist()], [{} for _ in features]
             return predicted.tolist(), [{} for _ in features]
         table = with_temperature(model.predict_proba(features), temperature)
         classes = np.array(self.classes)
@@ -225,10 +233,12 @@ class Predictor:
             else NoveltyVerdict.NO_SIGN
         )
 
-    def _interval(self, value: Any) -> tuple[float, float] | None:
+    def _interval(self, value: Any) -> tuple[Any, Any] | None:
         half = self.calibration.half_width
         if half is None:
             return None
+        if self.axes:
+            return tuple(x - half for x in value), tuple(x + half for x in value)
         return value - half, value + half
 
     def _predicted(self, audio: Audio, where: Path) -> Prediction:

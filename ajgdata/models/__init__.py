@@ -17,14 +17,17 @@ from ajgdata.types import MODELS, Kind
 from ajgdata.types.extras import optional_packages
 
 
-def make_model(name: str, kind: Kind, seed: int = 0, period: float | None = None) -> BaseEstimator:
+def make_model(
+    name: str, kind: Kind, seed: int = 0, period: float | None = None, axes: int = 1
+) -> BaseEstimator:
     """Return an unfitted scikit-learn estimator for features (n, n_features) as they are stored.
 
     The estimator contains the scaling. A tuned model chooses the scaling and its settings from its
     training rows. Networks, trees and inner folds use the `seed`. With a `period`, the targets y
     and y + period are equal: the model predicts (sin, cos) of 2 pi y / period (see
-    `scaling.Circular`). Raises ValueError for an unknown name or kind, and for a classification
-    with a period. Raises DataError for a network if its packages are not installed.
+    `scaling.Circular`). A target with several `axes` is a vector (n, axes). Raises ValueError for
+    an unknown name or kind, and for a classification with a period. Raises DataError for a network
+    if its packages are not installed.
 
     >>> import numpy as np
     >>> from ajgdata.models import make_model
@@ -42,9 +45,13 @@ def make_model(name: str, kind: Kind, seed: int = 0, period: float | None = None
     with optional_packages(f"model {name}"):
         make = resolve_name(model.make)
     estimator = make(kind, seed)
-    if period is None:
-        return estimator
-    return _circular(estimator, period, model.several)
+    if period is not None:
+        return _circular(estimator, period, model.several)
+    if axes > 1 and not model.several:
+        if isinstance(estimator, Tuned):
+            return estimator.wrapped(MultiOutputRegressor)
+        return MultiOutputRegressor(estimator)
+    return estimator
 
 
 def _circular(estimator: BaseEstimator, period: float, several: bool) -> BaseEstimator:
@@ -58,7 +65,7 @@ def _circular(estimator: BaseEstimator, period: float, several: bool) -> BaseEst
         return Circular(regressor if several else MultiOutputRegressor(regressor), period)
 
     if isinstance(estimator, Tuned):
-        return estimator.circular(wrap, period)
+        return estimator.wrapped(wrap, period)
     return wrap(estimator)
 
 
@@ -69,7 +76,7 @@ def fit_model(
     groups: np.ndarray | None,
     limit: int | None = None,
 ) -> Any:
-    """Return `model` trained on features (n, n_features) and `target` (n,).
+    """Return `model` trained on features (n, n_features) and `target` (n,), or (n, k) of a vector.
 
     The inner folds of a tuned model never divide `groups` (n,). Without groups, it uses its first
     candidate. If there are more than `limit` recordings, the model is trained on a subset of this
@@ -87,6 +94,11 @@ def fit_model(
     return estimator.fit(features, target)
 
 
+def number_of_axes(target: np.ndarray) -> int:
+    """Return the number of columns of a target (n,) or (n, k)."""
+    return 1 if target.ndim == 1 else target.shape[1]
+
+
 def fit_named_model(
     name: str,
     kind: Kind,
@@ -98,7 +110,7 @@ def fit_named_model(
     period: float | None = None,
 ) -> Any:
     """Return the model `name` (see `make_model`), trained by `fit_model` with the model's limit."""
-    model = make_model(name, kind, seed, period)
+    model = make_model(name, kind, seed, period, number_of_axes(target))
     return fit_model(model, features, target, groups, MODELS[name].most_recordings)
 
 

@@ -83,8 +83,10 @@ class Tuned(MetaEstimatorMixin, BaseEstimator):
     def __sklearn_tags__(self) -> Any:
         return get_tags(self.candidates[0][1])
 
-    def circular(self, wrap: Callable[[BaseEstimator], BaseEstimator], period: float) -> Tuned:
-        """Return the same choice among wrapped candidates, for a target with a period."""
+    def wrapped(
+        self, wrap: Callable[[BaseEstimator], BaseEstimator], period: float | None = None
+    ) -> Tuned:
+        """Return the same choice among wrapped candidates, e.g. for a target with a period."""
         wrapped = [(name, wrap(estimator)) for name, estimator in self.candidates]
         return Tuned(wrapped, period, self.random_state, search_rows=self.search_rows)
 

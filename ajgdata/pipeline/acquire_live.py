@@ -109,7 +109,7 @@ def acquire_live(
             session=live,
             planned=plan_protocol(protocol, session),
             protocol=protocol,
-            targets=spec.targets.keys() - {"object"},  # it has its own column
+            targets=spec.label_targets.keys() - {"object"},  # it has its own column
             features=spec.features,
             card=card,
             played=sound_of_session(folder, spec),

@@ -57,11 +57,13 @@ def summary(paths: Paths, spec: DatasetSpec, store: FeatureRows) -> DatasetSumma
 
 
 def rows_by_label(store: FeatureRows, spec: DatasetSpec) -> tuple[str, dict[str, np.ndarray]]:
-    """Return the first target, and the rows (n,) of each of its classes or equally filled bins."""
+    """Return the label column of the first task, and the rows (n,) of its classes or bins."""
     name = next((task.target for task in spec.tasks.values()), "")
+    if name in spec.targets and spec.targets[name].columns:
+        name = spec.targets[name].columns[0]
     if name not in store.columns:
         return name, {}
-    target = spec.targets[name]
+    target = spec.label_targets[name]
     values = store.columns[name].values
     if target.kind == "classification":
         classes = [label for label in np.unique(values) if label][:MAX_SPECTRA]

@@ -134,11 +134,11 @@ def _note_columns(paths: Paths, spec: DatasetSpec, scanned: Scan, targets: Seque
 
     Raises DataError for a target that `spec` does not have.
     """
-    unknown = sorted(set(map(slug, targets)) - set(spec.targets))
+    unknown = sorted(set(map(slug, targets)) - set(spec.label_targets))
     if unknown:
         problem = f"{spec.name} is declared already, without {unknown[0]!r}"
         raise DataError("--target", problem, f"add it to {paths.dataset(spec.name)}")
-    not_targets = [column for column in scanned.label_columns() if column not in spec.targets]
+    not_targets = [column for column in scanned.label_columns() if column not in spec.label_targets]
     if not_targets:
         scanned.remarks["note"].append(("stored, but not a target", ", ".join(not_targets)))
     names = unpublishable(scanned.label_columns())

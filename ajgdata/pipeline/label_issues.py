@@ -46,9 +46,10 @@ def label_issues(tables: Tables, spec: DatasetSpec) -> list[Finding]:
     They are on grasps with two objects or target values, on several recordings of a grasp with one
     sample number, on grasps and classes that differ only in spelling, and on impossible tasks.
     """
-    columns = dict.fromkeys(("object", *spec.targets))
+    targets = spec.label_targets
+    columns = dict.fromkeys(("object", *targets))
     problems = {
-        "mixed_grasp": [_mixed_grasps(tables, name, spec.targets.get(name)) for name in columns],
+        "mixed_grasp": [_mixed_grasps(tables, name, targets.get(name)) for name in columns],
         "repeated_sample": [_repeated_samples(tables)],
         "grasp_spelling": [_grasp_spellings(tables)],
         "similar_classes": _similar_classes(tables, spec),
@@ -160,11 +161,12 @@ def impossible_tasks(tables: Tables, spec: DatasetSpec) -> list[str]:
     problems = []
     for name, task in spec.tasks.items():
         target = spec.targets[task.target]
-        values = {row.get(task.target, "") for row in rows} - missing_texts(target)
+        column = target.columns[0] if target.columns else task.target
+        values = {row.get(column, "") for row in rows} - missing_texts(target)
         if task.classes:
             values &= set(task.classes)
         if not values:
-            problems.append(f"task {name} is not possible: no recording has a {task.target}")
+            problems.append(f"task {name} is not possible: no recording has a {column}")
         elif target.kind == "classification" and len(values) < CLASSES_NEEDED:
             problems.append(f"task {name} is not possible: {values.pop()!r} is its only class")
     return problems
@@ -222,7 +224,7 @@ def cells_without_value(tables: Tables, spec: DatasetSpec) -> list[Finding]:
     fix = "correct recordings.csv, or declare the text under `missing` of the target"
     rows = [(name, row) for name, table in tables.items() for row in table if not is_rejected(row)]
     findings = []
-    for column, target in spec.targets.items():
+    for column, target in spec.label_targets.items():
         cells = [
             f"{row[column]!r} ({session}/{row['recording_id']})"
             for session, row in rows

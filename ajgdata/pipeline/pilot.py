@@ -58,6 +58,9 @@ def read_pilot(
         raise DataError(paths.dataset(dataset), f"there is no task {task!r}", fix)
     settings = spec.tasks[task]
     target = spec.targets[settings.target]
+    if target.columns:
+        fix = "plan with a task whose target is one of its columns"
+        raise DataError(paths.dataset(dataset), f"the target of {task!r} is a vector", fix)
     is_class = target.kind == "classification"
 
     file, all_rows = _predictions_of_run(paths, dataset)

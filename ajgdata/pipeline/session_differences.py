@@ -132,7 +132,7 @@ def _different_labels(spec: DatasetSpec, store: FeatureRows, tables: SessionTabl
     used = store.columns["recording"].values.tolist()
     names = [name for name in used if name in tables.labels]
     columns = {column for row in tables.labels.values() for column in row}
-    current = label_columns([tables.labels[name] for name in names], columns, spec.targets)
+    current = label_columns([tables.labels[name] for name in names], columns, spec.label_targets)
     ignored = {"recording", "flags", "sha256", CHANNEL_LEVELS}
     before = _rows(used, {n: c for n, c in store.columns.items() if n not in ignored}, names)
     after = _rows(names, {n: c for n, c in current.items() if n not in ignored}, names)

@@ -27,6 +27,7 @@ from ajgdata.evaluate.task_data import (
     TaskData,
     column_labels,
     grasp_names,
+    target_values,
     training_data,
 )
 from ajgdata.models import fit_named_model, search_result
@@ -38,7 +39,6 @@ from ajgdata.store.tables import plain
 from ajgdata.types import (
     MODELS,
     Embedding,
-    Kind,
     NotPossibleError,
     TrainingSettings,
 )
@@ -93,6 +93,8 @@ def train_model(
         "provenance": dict(table.attrs),
         **device_facts(),
     }
+    if settings.axes:
+        description["axes"] = list(settings.axes)
     try:
         data = training_data(table, settings)
         description.update(_train(table, data, settings, model=model, seed=seed, folder=folder))
@@ -134,15 +136,14 @@ def _train(
     used = min(MODELS[model].most_recordings, len(data.name))
     if used < len(data.name):
         facts["trained_on"] = used
-    write_guard(folder, _guard_arrays(table, settings.target, kind, data, grasp, objects))
+    write_guard(folder, _guard_arrays(table, settings, data, grasp, objects))
     write_estimator(folder, estimator)
     return facts
 
 
 def _guard_arrays(
     table: FeatureRows,
-    target: str,
-    kind: Kind,
+    settings: TrainingSettings,
     data: TaskData,
     grasp: np.ndarray,
     objects: np.ndarray,
@@ -152,8 +153,11 @@ def _guard_arrays(
     Its references are the recordings that have neither an object nor a value of the target. If the
     empty gripper is a class, there are therefore no references.
     """
-    values = table.columns[target].values
-    missing = ~np.isfinite(values) if kind == "regression" else values == ""
+    values = target_values(table, settings.target, settings.axes)
+    if settings.kind == "regression":
+        missing = ~np.isfinite(values).reshape(len(values), -1).any(axis=1)
+    else:
+        missing = values == ""
     empty = missing & (table.columns["object"].values == "")
     guard = NoveltyGuard.from_grasps(data.feature, grasp, objects).with_references(
         table.feature[empty]

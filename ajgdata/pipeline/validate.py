@@ -91,9 +91,9 @@ def _check_session(session: SessionAudio, spec: DatasetSpec, prints: Fingerprint
         issues += [finding(name, file.recording_id, file.path, r) for r in result.remarks]
         if result.levels_db and not is_rejected(rows[file.recording_id]):
             levels[file.recording_id] = result.levels_db
-    issues += level_issues(name, levels, rows, spec.targets, spec.audio.microphone)
+    issues += level_issues(name, levels, rows, spec.label_targets, spec.audio.microphone)
     for recording_id, row in rows.items():
-        issues += bad_labels(name, recording_id, row, spec.targets)
+        issues += bad_labels(name, recording_id, row, spec.label_targets)
     return without_rejected(issues, list(rejected(name, rows).values()))
 
 
@@ -115,11 +115,12 @@ def _check_copies(
 ) -> list[Finding]:
     """Return issues of equal bytes, and of equal or similar sounds."""
     names = [name for name, _, _ in used]
-    sounds = [sound_id for _, sound_id, _ in used]
-    labels = [comparable_labels(row, spec.targets) for _, _, row in used]
-    copied = copies(names, sounds, labels)
+    ids = [sound_id for _, sound_id, _ in used]
+    labels = [comparable_labels(row, spec.label_targets) for _, _, row in used]
+    copied = copies(names, ids, labels)
     distinct = [recording for number, recording in enumerate(used) if number not in copied]
-    return [*copied.values(), *checked_sounds(paths, spec, prints.sounds(distinct, spec.targets))]
+    sounds = prints.sounds(distinct, spec.label_targets)
+    return [*copied.values(), *checked_sounds(paths, spec, sounds)]
 
 
 def not_fetched(paths: Paths) -> list[str]:

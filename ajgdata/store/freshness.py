@@ -68,7 +68,10 @@ def feature_settings(
     audio: AudioSettings, features: FeatureSettings, targets: Mapping[str, Target]
 ) -> dict[str, str]:
     """Return the digest of each key of dataset.yaml on which a feature file depends."""
-    plain_targets = {name: target.model_dump(mode="json") for name, target in targets.items()}
+    plain_targets = {
+        name: target.model_dump(mode="json", exclude={"columns"})
+        for name, target in targets.items()
+    }
     return {
         "audio": settings_digest(audio),
         "features": settings_digest(features),
@@ -132,7 +135,7 @@ def features_key(sources: Iterable[str], spec: DatasetSpec) -> str:
 
     `sources` are the digests of its tables (see `run_tables`) and of its recipe.
     """
-    settings = feature_settings(spec.audio, spec.features, spec.targets)
+    settings = feature_settings(spec.audio, spec.features, spec.label_targets)
     lines = [*sources, *settings.values(), code_hash("features")]
     return sha256_of("\n".join(lines).encode())[:16]
 
@@ -221,7 +224,7 @@ def changes_since_features(
     if hashes is None:
         return ["the record of what they were computed from is missing"]
     changes = table_changes(hashes.tables, table_digests(paths, name, virtual))
-    settings = feature_settings(spec.audio, spec.features, spec.targets)
+    settings = feature_settings(spec.audio, spec.features, spec.label_targets)
     changes += [
         f"`{key}` of dataset.yaml changed"
         for key, digest in settings.items()

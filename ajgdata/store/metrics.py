@@ -84,9 +84,16 @@ def read_metrics(path: Path) -> pd.DataFrame:
 
 
 def write_predictions(path: Path, rows: Iterable[Mapping[str, Any]]) -> None:
-    """Write predictions; a row has PREDICTION_COLUMNS without `format`."""
-    cells = ({**row, FORMAT_KEY: METRICS_FORMAT.version} for row in rows)
-    write_bytes(path, csv_bytes(PREDICTION_COLUMNS, cells))
+    """Write predictions; a row has PREDICTION_COLUMNS without `format`.
+
+    Rows of a vector have y_true and y_pred of each axis instead, e.g. `y_true_x_m`, in additional
+    columns at the end.
+    """
+    cells = [{**row, FORMAT_KEY: METRICS_FORMAT.version} for row in rows]
+    columns = dict.fromkeys(PREDICTION_COLUMNS)
+    for row in cells:
+        columns.update(dict.fromkeys(row))
+    write_bytes(path, csv_bytes(list(columns), cells))
 
 
 def read_predictions(path: Path) -> list[dict[str, str]]:

@@ -72,11 +72,7 @@ def _check(file: Path, variants: Variants, paths: Paths, spec: DatasetSpec) -> N
         if task not in spec.tasks:
             where = f"{file}:{line_of(file, ['task'])}"
             raise DataError(where, f"there is no task {task!r}", f"name a task of {spec.name}")
-    own, *others = (spec.targets[spec.tasks[t].target] for t in (variants.task, *variants.tasks))
-    for target, task in zip(others, variants.tasks, strict=True):
-        if (target.kind, target.unit) != (own.kind, own.unit):
-            problem = f"the target of the task {task!r} has another kind or unit"
-            raise DataError(file, problem, f"name a task that is like {variants.task}")
+    _check_targets(file, variants, spec)
     for name in (*variants.test_sets, *variants.train_sets):
         if not paths.dataset(name).is_file():
             where = f"{file}:{line_of(file, ['test'])}"
@@ -90,6 +86,18 @@ def _check(file: Path, variants: Variants, paths: Paths, spec: DatasetSpec) -> N
         except ValidationError as error:
             where = f"{file}:{line_of(file, ['variants', variant.name])}, {variant.name}"
             raise describe(error, where) from None
+
+
+def _check_targets(file: Path, variants: Variants, spec: DatasetSpec) -> None:
+    """Raise DataError for tasks with targets of different kinds or units, and for vectors."""
+    own, *others = (spec.targets[spec.tasks[t].target] for t in (variants.task, *variants.tasks))
+    if own.columns:
+        problem = f"the target of the task {variants.task!r} is a vector"
+        raise DataError(file, problem, "name a task whose target is one column")
+    for target, task in zip(others, variants.tasks, strict=True):
+        if (target.kind, target.unit, target.columns) != (own.kind, own.unit, ()):
+            problem = f"the target of the task {task!r} has another kind or unit"
+            raise DataError(file, problem, f"name a task that is like {variants.task}")
 
 
 def _check_withheld(file: Path, variants: Variants, spec: DatasetSpec) -> None:

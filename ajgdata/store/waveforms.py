@@ -101,11 +101,11 @@ def open_recordings(
                 issues.append(Finding(*where, "error", "unusable", error.problem, error.fix))
                 continue
             rows.append({**row, "session_id": folder.name})
-            issues += bad_labels(folder.name, recording.recording_id, row, spec.targets)
+            issues += bad_labels(folder.name, recording.recording_id, row, spec.label_targets)
     if not rows:
         return None, issues
     hashes = text_column([source.sha256 for source in sources], long_name="SHA-256 of the file")
-    columns = {**label_columns(rows, names, spec.targets), "sha256": hashes}
+    columns = {**label_columns(rows, names, spec.label_targets), "sha256": hashes}
     return _lazy(sources, columns, spec.audio), issues
 
 

@@ -142,6 +142,8 @@ NOT_FOR: dict[Kind, tuple[str, ...]] = {
     "classification": ("withhold", "period_deg"),
     "regression": ("classes", "min_groups"),
 }
+#: Keys of a task that are not permitted for a target that is a vector.
+NOT_FOR_VECTORS = ("withhold", "period_deg")
 
 
 class DatasetSpec(Strict):
@@ -202,16 +204,27 @@ class DatasetSpec(Strict):
 
     @model_validator(mode="after")
     def _valid_targets(self) -> DatasetSpec:
-        for name in self.targets:
+        for name in {**self.targets, **self.label_targets}:
             if is_reserved(name) and name not in ("object", *SESSION_COLUMNS):
                 raise ValueError(f"target {name} has the name of a standard column")
             if self.protocol and name in ACQUIRED_COLUMNS:
                 raise ValueError(f"target {name} has the name of a column of acquisition")
         for plan in (self.recipe, self.protocol):
             for item in plan.objects if plan else ():
-                unknown = set(item.targets) - set(self.targets)
+                unknown = set(item.targets) - set(self.label_targets)
                 if unknown:
                     raise ValueError(f"object {item.name}: unknown targets {sorted(unknown)}")
+        return self
+
+    @model_validator(mode="after")
+    def _valid_vectors(self) -> DatasetSpec:
+        for name, target in self.targets.items():
+            for column in target.columns:
+                declared = self.targets.get(column, target.axis)
+                if declared.columns or declared.kind != "regression":
+                    raise ValueError(f"target {name}: column {column} is not a target of numbers")
+                if (declared.unit, declared.missing) != (target.unit, target.missing):
+                    raise ValueError(f"target {name}: {column} has another unit or other `missing`")
         return self
 
     @model_validator(mode="after")
@@ -262,10 +275,13 @@ class DatasetSpec(Strict):
         for name, task in self.tasks.items():
             if task.target not in self.targets:
                 raise ValueError(f"task {name}: target {task.target!r} is not among the targets")
-            kind = self.targets[task.target].kind
-            for key in NOT_FOR[kind]:
+            target = self.targets[task.target]
+            for key in NOT_FOR[target.kind]:
                 if getattr(task, key):
-                    raise ValueError(f"task {name}: {key} is not for a {kind}")
+                    raise ValueError(f"task {name}: {key} is not for a {target.kind}")
+            for key in NOT_FOR_VECTORS:
+                if target.columns and getattr(task, key):
+                    raise ValueError(f"task {name}: {key} is not for a target with columns")
         return self
 
     @model_validator(mode="after")
@@ -310,7 +326,7 @@ class DatasetSpec(Strict):
             )
         declared = self.tasks[task]
         target = self.targets[declared.target]
-        return TaskSettings(
+        settings = TaskSettings(
             target=declared.target,
             kind=target.kind,
             unit=target.unit,
@@ -322,6 +338,17 @@ class DatasetSpec(Strict):
             period_deg=declared.period_deg,
             placebo_objects=self.placebo,
         )
+        # The results of a task contain only fields that are set.
+        return settings.model_copy(update={"axes": target.columns}) if target.columns else settings
+
+    @property
+    def label_targets(self) -> dict[str, Target]:
+        """The target of each label column. A target that is a vector has several columns."""
+        axes = {
+            column: target.axis for target in self.targets.values() for column in target.columns
+        }
+        own = {name: target for name, target in self.targets.items() if not target.columns}
+        return {**axes, **own}
 
     @property
     def kinds(self) -> dict[str, Kind]:

@@ -6,7 +6,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from ajgdata.types.base import Strict
+from ajgdata.types.base import Distinct, Strict
+from ajgdata.types.names import Name
 from ajgdata.types.registry import Kind
 
 #: Sample rates that a data set may have. A file with another rate has a damaged header.
@@ -81,12 +82,28 @@ class AudioSettings(Strict):
 
 
 class Target(Strict):
-    """One column of labels that models can predict."""
+    """A column of labels that models can predict, or a vector of several columns of numbers."""
 
     kind: Kind = Field(description="regression: numbers; classification: texts")
     unit: str = Field("", description="unit of a regression target, e.g. mm; empty for classes")
     description: str = Field("", description="description of the target")
     missing: tuple[str, ...] = Field((), description="cell texts that mean 'not measured'")
+    columns: Annotated[tuple[Name, ...], Distinct] = Field(
+        (),
+        description="label columns of a vector with one unit, e.g. [x_m, y_m]; default: the "
+        "column with the name of the target",
+    )
+
+    @model_validator(mode="after")
+    def _vector_of_numbers(self) -> Target:
+        if self.columns and (self.kind != "regression" or len(self.columns) < 2):
+            raise ValueError("columns: a vector is a regression with at least two columns")
+        return self
+
+    @property
+    def axis(self) -> Target:
+        """The target of one column of a vector."""
+        return self.model_copy(update={"columns": ()})
 
 
 class Level(Strict):

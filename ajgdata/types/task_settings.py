@@ -22,6 +22,7 @@ class TrainingSettings(Strict):
     classes: tuple[str, ...] = ()
     min_groups: int = 0
     period_deg: float | None = None
+    axes: tuple[str, ...] = ()  #: columns of a target that is a vector; empty for one column
     placebo_objects: tuple[str, ...] = ()  #: `placebo` of the data set: no model is trained on them
 
 

@@ -6,6 +6,12 @@ def setting(name):
     )[name]
 
 
+def label_targets(wildcards):
+    """Return the target of each label column of a data set, as plain values."""
+    targets = SPECS[wildcards.dataset].label_targets
+    return {name: target.model_dump(mode="json") for name, target in targets.items()}
+
+
 @functools.cache
 def tables_of(name):
     """Return the digests of the tables of a data set's sessions.

@@ -17,7 +17,7 @@ rule features:
         sessions=lambda wildcards: list(PLANS[wildcards.dataset].sessions),
         audio=setting("audio"),
         features=setting("features"),
-        targets=setting("targets"),
+        targets=label_targets,
         tables=session_tables,
         code=lambda wildcards: code_hash("features"),
     message:
