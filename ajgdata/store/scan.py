@@ -253,7 +253,7 @@ def _read_rows(audio: list[Path], settings: ImportSettings, name: str, result: S
     if settings.segments:
         rows = _cut(rows, settings.segments, result)
     if settings.join and rows:
-        return _with_joined_columns(rows, settings.join, result)
+        return _with_joined_columns(rows, settings.join, result, of_files=not settings.table)
     return rows
 
 
@@ -412,9 +412,12 @@ def _by_table(folder: Path, audio: list[Path], settings: ImportSettings, result:
     return rows
 
 
-def _with_joined_columns(rows: Rows, settings: JoinSettings, result: Scan) -> Rows:
+def _with_joined_columns(
+    rows: Rows, settings: JoinSettings, result: Scan, *, of_files: bool
+) -> Rows:
     """Return rows with the columns of the table that is joined by time.
 
+    The times in `rows` are those of recordings, or `of_files` that contain segments.
     A recording without a row of the table has empty cells and a warning. Raises DataError for a
     column that exists, and if no recording has a row.
     """
@@ -424,7 +427,7 @@ def _with_joined_columns(rows: Rows, settings: JoinSettings, result: Scan) -> Ro
         problem = f"recording_time names {settings.recording_time!r}"
         raise DataError(option, problem, f"use one of {names}")
     times = {part: texts[settings.recording_time] for part, texts in rows.items()}
-    joined = join_by_time(result.folder, times, settings)
+    joined = join_by_time(result.folder, times, settings, of_files=of_files)
     if not joined.cells:
         example = ": ".join(joined.missing[0])
         fix = "compare the clocks, time zones and tolerance_s"

@@ -73,13 +73,15 @@ def parse_time(text: str, utc_offset: str = "") -> Decimal:
     return past.days * 86_400 + past.seconds + Decimal(past.microseconds) / 1_000_000
 
 
-def join_by_time(folder: Path, times: Mapping[FilePart, str], settings: JoinSettings) -> JoinResult:
+def join_by_time(
+    folder: Path, times: Mapping[FilePart, str], settings: JoinSettings, *, of_files: bool = False
+) -> JoinResult:
     """Return the cells of the nearest row of `settings.table` for each recording.
 
-    `times` are the texts of the times of recordings. Rows with equal times and equal
-    cells count as one. A recording has no cells if it has no time, if no row is within the
-    tolerance, or if two different rows are equally near. Raises DataError for a table without the
-    columns, and for a row without a time.
+    `times` are the texts of the times of recordings. If they are `of_files`, the start of the
+    segment is added. Rows with equal times and equal cells count as one. A recording has no cells
+    if it has no time, if no row is within the tolerance, or if two different rows are equally near.
+    Raises DataError for a table without the columns, and for a row without a time.
     """
     path = folder / settings.table
     instants = _instants(path, settings)
@@ -91,6 +93,8 @@ def join_by_time(folder: Path, times: Mapping[FilePart, str], settings: JoinSett
         name = recording.text
         try:
             time_s = parse_time(text, settings.utc_offset)
+            if of_files:
+                time_s += Decimal(str(recording.segment.start_s))
         except ValueError as error:
             result.missing.append((name, f"{error}; its joined columns are empty"))
             continue

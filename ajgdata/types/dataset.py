@@ -39,7 +39,7 @@ class JoinSettings(Strict):
     )
     recording_time: Annotated[str, Field(min_length=1)] = Field(
         description="column of `imports.table`, or group of `imports.pattern`, with the time of a "
-        "recording"
+        "recording; for segments of a file without a table: the time of the beginning of the file"
     )
     tolerance_s: float = Field(
         ge=0, description="largest difference in time of a recording and its row, in seconds"
@@ -129,10 +129,10 @@ class ImportSettings(Strict):
         if self.segments and self.segments.labels == "table" and not self.table:
             raise ValueError("segments of a table (--segments table) need table (--table)")
         is_divided = self.segments and (self.segments.labels == "track" or self.segments.period_s)
-        if self.join and is_divided:
+        if self.join and self.table and is_divided:
             raise ValueError(
-                "join needs a time of each segment: use a table with times instead of a label"
-                " track or a period"
+                "join needs a time of each segment: use a pattern with the time of the file, or a"
+                " table with a row per segment"
             )
         return self
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
 from sounds import resonances, write_wav
@@ -96,6 +97,20 @@ def test_recordings_without_one_row_are_listed_and_the_exit_code_says_so(src, pa
     printed = ajgdata("import", src, "--dataset", "d", "--on-change", "labels")
     assert printed.code == 3 and "no row of robot.csv" not in printed.text
     assert {row["started"]: row["x_m"] for row in rows("d")}[str(START_S + 10)] == "2"
+
+
+def test_segments_of_a_file_are_joined_by_their_own_time(src, paths, ajgdata, rows):
+    write_wav(src / f"ball_{START_S}.wav", np.concatenate([resonances(0, n) for n in range(4)]))
+    lines = [f"{START_S + 0.25 * n + 0.05},0.{n}\n" for n in range(4)]
+    (src / "robot.csv").write_text("stamp,x_m\n" + "".join(lines))
+    declare(paths, tolerance_s=0.1)
+    path = paths.dataset("d")
+    declared = yaml.safe_load(path.read_text())
+    declared["imports"]["segments"] = {"period_s": 0.25}
+    path.write_text(yaml.safe_dump(declared))
+    ajgdata("import", src, "--dataset", "d")
+    table = sorted(rows("d"), key=lambda row: float(row["start_s"]))
+    assert [row["x_m"] for row in table] == ["0.0", "0.1", "0.2", "0.3"]
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from ajgdata.store.file_segments import FilePart
 from ajgdata.store.time_join import join_by_time, parse_time
 from ajgdata.types import DataError, JoinSettings
 
@@ -53,19 +54,19 @@ def test_other_texts_are_no_times(text, problem):
 def joined(tmp_path, table, times, **settings):
     (tmp_path / "robot.csv").write_text(table)
     keys = {"table": "robot.csv", "time": "t", "recording_time": "time", "tolerance_s": 0.5}
-    paths = {Path(f"{name}.wav"): text for name, text in times.items()}
-    return join_by_time(tmp_path, paths, JoinSettings.model_validate(keys | settings))
+    parts = {FilePart(Path(f"{name}.wav")): text for name, text in times.items()}
+    return join_by_time(tmp_path, parts, JoinSettings.model_validate(keys | settings))
 
 
 def x_of(result):
-    return {path.stem: cells["x_m"] for path, cells in result.cells.items()}
+    return {part.path.stem: cells["x_m"] for part, cells in result.cells.items()}
 
 
 def test_the_nearest_row_of_an_unsorted_table_is_joined(tmp_path):
     table = "t,x_m,note\n30.2,0.3,c\n10.1,0.1,a\n19.8,0.2,b\n20.3,9,far\n"
     result = joined(tmp_path, table, {"a": "10", "b": "20", "c": "30"}, columns=["x_m"])
     assert x_of(result) == {"a": "0.1", "b": "0.2", "c": "0.3"}
-    assert list(result.cells[Path("a.wav")]) == ["x_m"]
+    assert list(result.cells[FilePart(Path("a.wav"))]) == ["x_m"]
     assert result.missing == [] and result.notes == []
 
 
