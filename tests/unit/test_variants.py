@@ -220,6 +220,7 @@ def test_variants_are_one_file(project):
         ({"test": "[none]"}, 7, "there is no data set 'none'. Name a data set."),
         ({"variants": "{a: {}, b: {features: {hop: 999}}}"}, 6, "hop 999 exceeds window"),
         ({"variants": "{a: {}, b: {excitation: {kind: horn}}}"}, 6, "'horn'"),
+        ({"variants": "{a: {}, b: {excitation: {kind: none}}}"}, 6, "plays only computed sounds"),
         ({"variants": "{a: {}}"}, 1, "variants: give at least two, each with a name of its own"),
         ({"variants": "{a: {}, b: {task: other}}"}, 4, "there is no task 'other'"),
         ({"variants": "{a: {}, b: {grasps: {}, train: [e]}}"}, 6, "exclude each other"),
