@@ -357,3 +357,30 @@ def test_settings_of_a_robot_stay_at_home_and_may_change(lab, tmp_path):
     failing_robot(lab, tmp_path, "approach", 99)
     _, done = lab.acquire(Unattended(Console(file=io.StringIO())))
     assert (done.recorded, done.left) == (1, 0)
+
+
+MEASURING = """
+import json, sys
+asked = json.load(sys.stdin)
+if asked["step"] == "approach" and asked["number"] == 1:
+    print(json.dumps({"place": 7, "xy_m": [0.25, -0.5]}))
+"""
+
+
+def test_numbers_of_the_robot_can_be_targets_and_a_missing_one_is_empty(lab, tmp_path):
+    program = tmp_path / "robot.py"
+    program.write_text(MEASURING)
+    declare(lab.paths, robot={"command": [sys.executable, str(program)]}, samples_per_grasp=1)
+    path = lab.paths.dataset("d")
+    declared = yaml.safe_load(path.read_text())
+    columns = ["robot_xy_m_1", "robot_xy_m_2"]
+    declared["targets"]["xy"] = {"kind": "regression", "columns": columns, "unit": "m"}
+    declared["tasks"] = {"xy": {"target": "xy", "groups": "robot_place"}}
+    path.write_text(yaml.safe_dump(declared))
+    lab.acquire(Scripted())
+    cells = {
+        row.recording_id: [row.labels.get(name) for name in (*columns, "robot_place")]
+        for row in rows(lab)
+    }
+    assert cells["cube_01_1"] == ["0.25", "-0.5", "7.0"]
+    assert cells["cube_02_1"] == ["", "", ""]

@@ -199,3 +199,13 @@ def test_wrong_vectors_are_one_error(tmp_path, target, task, message):
     project.declare(targets=targets, tasks={"place": {"target": "place", **task}})
     with pytest.raises(DataError, match=message):
         ajgdata.load_dataset("d", project.root)
+
+
+def test_numbers_of_a_robot_group_recordings():
+    place = np.repeat([1.0, 2.5, 4.0, 5.5, 7.0], 8)
+    table = recordings(robot_place=FeatureColumn(place))
+    data = task_data(table, "edge_mm", "regression", "robot_place")
+    assert sorted(set(data.group.tolist())) == ["1.0", "2.5", "4.0", "5.5", "7.0"]
+    place[20] = np.nan
+    with pytest.raises(NotPossibleError, match="recording 's/20' has no 'robot_place'"):
+        task_data(table, "edge_mm", "regression", "robot_place")
