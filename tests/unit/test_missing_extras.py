@@ -23,7 +23,7 @@ LIGHT_PROGRAM = """
 import sys
 
 OPTIONAL = {
-    "frictionless", "jinja2", "llvmlite", "markupsafe", "matplotlib", "mlcroissant", "numba",
+    "av", "frictionless", "jinja2", "llvmlite", "markupsafe", "matplotlib", "mlcroissant", "numba",
     "onnx", "onnxruntime", "onnxscript", "pyarrow", "snakemake", "sounddevice", "sse_starlette",
     "starlette", "torch", "umap", "uvicorn",
 }
