@@ -16,6 +16,7 @@ from ajgdata.experiments.settings import (
     RepeatedFitsSettings,
     ShortcutSettings,
     SortingSettings,
+    TransferSettings,
     VariantsSettings,
     check_energies,
 )
@@ -82,6 +83,14 @@ _SPECS = (
         settings=CrossGripperSettings,
         division=ByModel(),
         order=60,
+    ),
+    ExperimentSpec(
+        name="transfer",
+        title="New group",
+        settings=TransferSettings,
+        division=ByModel(),
+        order=65,
+        by_placement=True,
     ),
     ExperimentSpec(
         name="repeated_fits",

@@ -5,7 +5,7 @@ Those of cross-validation and of embeddings are in `types.tasks`. Light: Snakema
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
@@ -100,6 +100,52 @@ class CrossGripperSettings(Strict):
         min_length=1,
         description="models that are taken there",
     )
+
+
+#: Normalisations of features by group.
+Normalisation = Literal["none", "group"]
+
+
+class TransferSettings(Strict):
+    """The task on groups of recordings that are left out, for example on new fingers."""
+
+    leave_out: str = Field(
+        description="column whose values are left out in turn: session_id, or a label, e.g. finger"
+    )
+    groups: tuple[Annotated[int, Field(ge=1)], ...] = Field(
+        (),
+        description="numbers of training groups, each drawn `repeats` times; all groups that are "
+        "not left out are always one of the numbers",
+    )
+    normalise: tuple[Normalisation, ...] = Field(
+        ("none", "group"),
+        description="none; group: each bin gets the same mean and deviation in all groups, from "
+        "unlabelled recordings",
+    )
+    align: tuple[Annotated[int, Field(ge=0)], ...] = Field(
+        (0,),
+        description="numbers of labelled grasps of the left-out group that fit an affine map of "
+        "its features; 0: no map",
+    )
+    repeats: int = Field(
+        3, ge=1, description="draws of training groups and of labelled grasps for each left-out one"
+    )
+    models: tuple[ModelName, ...] = Field(
+        ("linear_plain", "knn_plain"), min_length=1, description="models that are transferred"
+    )
+    placebo: Name | None = Field(
+        None,
+        description="data set of one object under the names of the classes, with the same column; "
+        "null: `placebo` of this data set",
+    )
+
+    @model_validator(mode="after")
+    def _with_references(self) -> TransferSettings:
+        if "none" not in self.normalise:
+            raise ValueError("normalise must list none: the gain is measured against it")
+        if 0 not in self.align:
+            raise ValueError("align must list 0: the gain is measured against it")
+        return self
 
 
 class RepeatedFitsSettings(Strict):

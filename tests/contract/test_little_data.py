@@ -62,6 +62,7 @@ SETTINGS: dict[str, dict] = {
         }
     },
     "shortcut": {"test_on": ["whole"], "models": ["knn"]},
+    "transfer": {"leave_out": "object", "normalise": ["none"], "models": ["knn"]},
     "repeated_fits": {"test_on": ["whole"], "repeats": 3, "models": ["ridge_plain"]},
     "conformal_intervals": {"models": ["linear_plain"]},
     "novel_objects": {},

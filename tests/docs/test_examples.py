@@ -71,6 +71,8 @@ MODULES = (
     "ajgdata.evaluate.metrics",
     "ajgdata.evaluate.parts",
     "ajgdata.evaluate.splits",
+    "ajgdata.evaluate.transfer",
+    "ajgdata.experiments.transfer",
     "ajgdata.features.spectrum",
     "ajgdata.gripper",
     "ajgdata.gripper.scene",
@@ -197,6 +199,15 @@ def test_two_grippers(in_project):
     here = train.X.astype(float).mean(axis=0)
     apart = math.sqrt(((there - here) ** 2).sum() / (here**2).sum())
     assert example["apart"] == pytest.approx(apart, rel=1e-4) and apart > 0.05
+
+
+def test_new_finger(capsys):
+    example = run("new_finger")
+    assert example["accuracy"]["unchanged"] < 0.6  # a guess has 1/3
+    assert example["accuracy"]["normalised per finger"] > 0.98
+    assert example["accuracy"]["aligned with 9 grasps"] > 0.98
+    page = (FOLDER.parent / "transfer.md").read_text(encoding="utf-8")
+    assert capsys.readouterr().out in page
 
 
 def test_own_recordings(in_project):
