@@ -36,12 +36,13 @@ if TYPE_CHECKING:
         load_predictor,
         load_recordings,
     )
-    from ajgdata.types import FeatureSettings
+    from ajgdata.types import FeatureKind, FeatureSettings
 
 __version__ = version("ajgdata")
 __all__ = [
     "Dataset",
     "Estimate",
+    "FeatureKind",
     "FeatureSettings",
     "Interval",
     "Part",
@@ -88,7 +89,7 @@ _MODULES = {
         "load_predictor",
         "load_recordings",
     ),
-    "ajgdata.types": ("FeatureSettings",),
+    "ajgdata.types": ("FeatureKind", "FeatureSettings"),
 }
 
 

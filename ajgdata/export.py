@@ -157,6 +157,12 @@ class Deployed(nn.Module):
     def __init__(self, predictor: Predictor) -> None:
         super().__init__()
         settings = predictor.features
+        if not isinstance(settings, FeatureSettings):
+            raise NotPossibleError(
+                f"a model of the feature {settings.kind} cannot be exported, only one of spectra"
+            )
+        if isinstance(predictor.audio.microphone, tuple):
+            raise NotPossibleError("a model of several microphones cannot be exported")
         frequency = predictor.frequency_hz
         first = round(frequency[0] * settings.window / predictor.sample_rate_hz)
         self.feature = Feature(settings, first, len(frequency))
@@ -206,8 +212,9 @@ def onnx_bytes(predictor: Predictor, about: Mapping[str, Any]) -> bytes:
     from onnx.helper import set_model_props  # an optional dependency
 
     deployed = Deployed(predictor).eval()
-    example = torch.zeros(2, 2 * predictor.features.window)
-    samples = torch.export.Dim("samples", min=predictor.features.window)
+    window = predictor.features.least_samples(predictor.sample_rate_hz)
+    example = torch.zeros(2, 2 * window)
+    samples = torch.export.Dim("samples", min=window)
     sizes = {0: torch.export.Dim("batch"), 1: samples}
     # torch would report that torchvision, which no exported network needs, is missing.
     logging.getLogger("torch.onnx").setLevel(logging.ERROR)

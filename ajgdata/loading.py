@@ -33,11 +33,11 @@ from ajgdata.types import (
     AudioSettings,
     DataError,
     DatasetSpec,
-    FeatureSettings,
     Finding,
     NotPossibleError,
     checked_name,
 )
+from ajgdata.types.features import feature_settings
 from ajgdata.types.registry import TRUSTED_TYPES
 from ajgdata.types.session import SIMULATED_SOURCES
 
@@ -56,7 +56,8 @@ def load_features(name: str, project: Project = None) -> xr.Dataset:
     """Return the features and labels of the data set `name`; the features are read when used.
 
     Returns an xarray.Dataset with `feature` (recording, frequency), float32, and every label as a
-    coordinate along `recording` (numbers: NaN is missing; text: "" is missing). `recording` is
+    coordinate along `recording` (numbers: NaN is missing; text: "" is missing). Other features than
+    spectra, and several microphones, have other dimensions (docs/features.md). `recording` is
     `<session>/<recording_id>`; `sha256` is the hash of its file. Use a `with` block or `.close()`,
     because the file stays open. `project` is the folder that contains `datasets/` (default:
     AJGDATA_ROOT, else the working directory or the nearest folder above it).
@@ -276,7 +277,7 @@ def read_predictor(folder: Path, dataset: str, task: str) -> Predictor:
             classes=tuple(about["classes"]),
             axes=tuple(about.get("axes", ())),
             audio=AudioSettings.model_validate(about["audio"]),
-            features=FeatureSettings.model_validate(about["features"]),
+            features=feature_settings(about["features"]),
             calibration=calibration,
             guard=NoveltyGuard(
                 **arrays,

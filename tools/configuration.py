@@ -25,6 +25,7 @@ from ajgdata.types import (
     Recording,
     Session,
 )
+from ajgdata.types.features import SHIPPED, FeatureKind
 from ajgdata.types.protocol import SortPlan
 from ajgdata.types.variants import Variants
 
@@ -72,6 +73,8 @@ UNITS = {
 
 def models_in(annotation: object) -> list[Model]:
     """Models that a type mentions, in order."""
+    if annotation is FeatureKind:
+        return [*SHIPPED]
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return [annotation]
     return [m for part in typing.get_args(annotation) for m in models_in(part)]

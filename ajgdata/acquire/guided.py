@@ -15,9 +15,8 @@ from ajgdata.acquire.protocol import DOUBT, REFERENCE, PlannedGrasp, grasp_id, r
 from ajgdata.acquire.robot import Measured, Robot, RobotError, RobotGrasp, grasp_once
 from ajgdata.acquire.robot_numbers import number_labels
 from ajgdata.acquire.virtual import Card
-from ajgdata.features.band import reaching_hz
 from ajgdata.features.checks import check_samples
-from ajgdata.types import FeatureSettings, GraspProtocol, PassiveRecording
+from ajgdata.types import FeatureKind, GraspProtocol, PassiveRecording
 
 #: Note at the start of a session without a played sound.
 NO_MARKERS = "no sound is played: lost frames are detected only if the driver reports them"
@@ -54,7 +53,7 @@ class GuidedAcquisition:
     planned: Sequence[PlannedGrasp]
     protocol: GraspProtocol
     targets: Collection[str]
-    features: FeatureSettings
+    features: FeatureKind
     card: Card
     played: Sound
     robot: Robot
@@ -146,11 +145,13 @@ class GuidedAcquisition:
 
     def _check(self, capture: Capture) -> list[Problem]:
         """Return the problems that `ajgdata check` would report, and samples at full scale."""
-        window = self.features.window
         rate_hz = self.card.settings.sample_rate_hz
-        lines_hz = reaching_hz(self.features.band_hz, window, rate_hz)
         issues = check_samples(
-            capture.samples, "PCM_24", window, sample_rate_hz=rate_hz, lines_hz=lines_hz
+            capture.samples,
+            "PCM_24",
+            self.features.least_samples(rate_hz),
+            sample_rate_hz=rate_hz,
+            lines_hz=self.features.reaching_hz(rate_hz),
         )
         problems = [Problem(f"{i.problem}; {i.fix}", i.level == "error") for i in issues]
         if capture.clipped and "clipped" not in {issue.code for issue in issues}:

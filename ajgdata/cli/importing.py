@@ -21,6 +21,7 @@ from ajgdata.types import (
     checked,
     checked_name,
 )
+from ajgdata.types.settings import Microphone, microphone_text
 from ajgdata.types.shell import shell_quoted
 
 if TYPE_CHECKING:
@@ -89,7 +90,7 @@ def import_command(
     ] = False,
     on_change: OnChangeOption = OnChange.KEEP,
     microphone: Annotated[
-        str, typer.Option(help="channel of the files: number from 1, or mean")
+        str, typer.Option(help="channel of the files: number from 1, numbers (1,2), all, or mean")
     ] = "",
     everything: AllOption = False,
 ) -> None:
@@ -182,16 +183,21 @@ def _import_settings(**options: Any) -> ImportSettings | None:
     return checked(ImportSettings, "ajgdata import", given)
 
 
-def _microphone(text: str) -> int | str | None:
+def _microphone(text: str) -> Microphone | Literal["all"]:
     """Return the value of the option `--microphone`; None if it is empty.
 
     Raises DataError for an invalid value.
     """
+    if text == "all":
+        return "all"
     if not text:
         return None
-    value = int(text) if text.isascii() and text.isdigit() else text
-    settings = checked(AudioSettings, "--microphone", {"microphone": value})
-    return settings.microphone
+    parts = text.split(",")
+    value: object = text
+    if all(part.isascii() and part.isdigit() for part in parts):
+        numbers = [int(part) for part in parts]
+        value = numbers[0] if len(numbers) == 1 else numbers
+    return checked(AudioSettings, "--microphone", {"microphone": value}).microphone
 
 
 def show_import(result: Imported, dataset: str, *, everything: bool) -> None:
@@ -243,10 +249,10 @@ def show_summary(paths: Paths, spec: DatasetSpec, *, known: bool) -> bool:
     return any(issue.code in codes for issue in issues)
 
 
-def _channel(microphone: int | str | None) -> str:
+def _channel(microphone: Microphone) -> str:
     """Return the setting `microphone` of a data set in words."""
     if microphone is None:
         return "one microphone"
     if microphone == "mean":
         return "mean of the microphones"
-    return f"microphone {microphone}"
+    return microphone_text(microphone)

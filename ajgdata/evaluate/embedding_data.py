@@ -85,7 +85,7 @@ def embedding_data(table: FeatureRows, settings: Embedding) -> EmbeddingData:
         name: FeatureColumn(column.values[rows], column.attrs)
         for name, column in table.columns.items()
     }
-    return EmbeddingData(table.feature[rows], instance, grasp, group, columns, available)
+    return EmbeddingData(table.flat[rows], instance, grasp, group, columns, available)
 
 
 def train_on(

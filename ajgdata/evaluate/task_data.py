@@ -88,7 +88,7 @@ def task_data(
         )
     if len(np.unique(group[included])) < 2:
         raise NotPossibleError(f"all recordings have the same {groups!r}: folds need at least two")
-    return TaskData(table.feature, values, group, names).where(included)
+    return TaskData(table.flat, values, group, names).where(included)
 
 
 def _has_value(

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -22,7 +23,7 @@ from ajgdata.report.comparison import PaperComparison, PaperFigure
 from ajgdata.report.format import Source, words
 from ajgdata.report.report_data import Illustration, ResultRow
 from ajgdata.store.features import FeatureRows, Latents
-from ajgdata.types import AudioSettings, FeatureSettings, Level, TaskSettings
+from ajgdata.types import AudioSettings, FeatureKind, FeatureSettings, Level, TaskSettings
 from ajgdata.types.table import Table
 
 if TYPE_CHECKING:
@@ -40,8 +41,10 @@ Render = Callable[[Sequence[str], Sequence[np.ndarray]], Iterator[list[np.ndarra
 class Recordings(Protocol):
     """Reader of recordings of the data set and of the data sets in the settings."""
 
-    def samples(self, dataset: str, names: Sequence[str], window: int) -> Iterator[np.ndarray]:
-        """Yield the samples (n,) of recordings of a data set by name, for a spectrum with `window`.
+    def samples(
+        self, dataset: str, names: Sequence[str], least_samples: int
+    ) -> Iterator[np.ndarray]:
+        """Yield the samples of recordings of a data set by name, with at least `least_samples`.
 
         Raises NotPossibleError for a recording that cannot be used.
         """
@@ -56,7 +59,8 @@ class Inputs:
     settings of the experiment name in `test_on` and `placebo`. `recordings` reads recordings if the
     experiment `reads_recordings`. If it `renders`, `render` simulates other sounds, and `grasps`
     the grasps of the recipe. `other_tasks` are those of the data set that the settings name. For an
-    embedding, `task` is its name, and `latents` and `training_cost` are of its encoders.
+    embedding, `task` is its name, and `latents` and `training_cost` are of its encoders. `folder`
+    is that of dataset.yaml.
     """
 
     dataset: str
@@ -66,13 +70,14 @@ class Inputs:
     store: FeatureRows
     other_sets: Mapping[str, FeatureRows] = field(default_factory=dict)
     audio: AudioSettings = field(default_factory=AudioSettings)
-    features: FeatureSettings = field(default_factory=FeatureSettings)
+    features: FeatureKind = field(default_factory=FeatureSettings)
     recordings: Recordings | None = None
     render: Render | None = None
     grasps: GraspSimulator | None = None
     other_tasks: Mapping[str, TaskSettings] = field(default_factory=dict)
     latents: Latents | None = None
     training_cost: Mapping[str, float] = field(default_factory=dict)
+    folder: Path = Path()
 
     def all_data(self, other: str = "", groups: str = "") -> TaskData:
         """Return the recordings with the target, of the data set or of the data set `other`.

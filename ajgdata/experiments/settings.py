@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from ajgdata.types import FeatureSettings, Kind, ModelName, Name, Strict
+from ajgdata.types import FeatureKind, FeatureSettings, Kind, ModelName, Name, Strict
 from ajgdata.types.variants import Variants
 
 
@@ -51,9 +51,14 @@ class ReflectedEnergySettings(Strict):
         return self
 
 
-def check_energies(_: ReflectedEnergySettings, __: Kind, features: FeatureSettings) -> None:
+def check_energies(_: ReflectedEnergySettings, __: Kind, features: FeatureKind) -> None:
     """Raise ValueError for features that are no energies."""
-    if (features.quantity, features.normalisation) != ("power", "none"):
+    is_energy = (
+        isinstance(features, FeatureSettings)
+        and features.quantity == "power"
+        and features.normalisation == "none"
+    )
+    if not is_energy:
         raise ValueError(
             "reflected_energy needs features.quantity power and features.normalisation none"
         )

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ajgdata.experiments.division import Division
-from ajgdata.types import FeatureSettings, Kind, Strict
+from ajgdata.types import FeatureKind, Kind, Strict
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,7 +28,7 @@ class ExperimentSpec:
     name: str
     title: str
     settings: type[Strict]
-    check: Callable[[Any, Kind, FeatureSettings], None] = lambda settings, kind, features: None
+    check: Callable[[Any, Kind, FeatureKind], None] = lambda settings, kind, features: None
     division: Division = field(default_factory=Division)
     order: int = 50  #: place in the report
     kinds: tuple[Kind, ...] = ("regression", "classification")

@@ -17,8 +17,9 @@ from ajgdata.acquire.recipe import RecipeGrasp
 from ajgdata.evaluate.parts import WITHHELD, elsewhere
 from ajgdata.evaluate.task_data import TaskData, split_withheld
 from ajgdata.experiments.base import Inputs
-from ajgdata.features.spectrum import spectrum, within
-from ajgdata.types import NotPossibleError
+from ajgdata.features.compute import FeatureComputer
+from ajgdata.features.spectrum import within
+from ajgdata.types import FeatureSettings, NotPossibleError
 from ajgdata.types.variants import ChosenGrasps, NamedVariant, Variant, Variants
 
 #: Metric of the cost of features.
@@ -115,8 +116,11 @@ class VariantRecordings:
 
     def _bins(self, feature: np.ndarray, bins_hz: tuple[float, float]) -> np.ndarray:
         """Return the bins of features (n, f) in a band, normalised again."""
-        frequency_hz = self.inputs.store.frequency_hz
-        return within(feature, frequency_hz, bins_hz, self.inputs.features.normalisation)[0]
+        store = self.inputs.store
+        features = self.inputs.features
+        if not (isinstance(features, FeatureSettings) and store.has_bins_only):
+            raise NotPossibleError("bins_hz needs the spectra of one microphone")
+        return within(feature, store.frequency_hz, bins_hz, features.normalisation)[0]
 
     # Grasps of the recipe
 
@@ -143,10 +147,11 @@ class VariantRecordings:
         key = chosen.model_dump_json()
         if key not in self.simulated:
             assert inputs.grasps is not None, "planned from it"
-            rate = inputs.audio.sample_rate_hz
+            compute = self._computer(Variant())
             recordings = inputs.grasps.recordings(grasps, chosen)
-            features = [spectrum(samples, rate, inputs.features) for samples in recordings]
-            self.simulated[key] = np.array(features)
+            self.simulated[key] = np.array(
+                [compute(samples).values.ravel() for samples in recordings]
+            )
         target = inputs.task_settings.target
         value = [grasp.object if target == "object" else grasp.targets[target] for grasp in grasps]
         names = np.array([grasp.grasp_id for grasp in grasps])
@@ -169,7 +174,7 @@ class VariantRecordings:
         """
         inputs = self.inputs
         variants = [v for v in self.file.all_variants if self._is_computed(v.change)]
-        settings = [variant.change.feature_settings(inputs.features) for variant in variants]
+        computers = [self._computer(variant.change) for variant in variants]
         names = inputs.all_data(dataset).name.tolist()
         features: list[dict[str, np.ndarray]] = [{} for _ in variants]
         seconds: list[list[float]] = [[] for _ in variants]
@@ -177,13 +182,20 @@ class VariantRecordings:
         for name, recordings in zip(names, sounds, strict=True):
             for at, samples in enumerate(recordings):
                 begun = time.process_time()
-                feature = spectrum(samples, inputs.audio.sample_rate_hz, settings[at])
+                feature = computers[at](samples)
                 seconds[at].append(time.process_time() - begun)
-                features[at][name] = feature
+                features[at][name] = feature.values.ravel()
         return {
             variant.name: ComputedFeatures(features[at], float(np.median(seconds[at])))
             for at, variant in enumerate(variants)
         }
+
+    def _computer(self, change: Variant) -> FeatureComputer:
+        """Return the computation of the features of a variant."""
+        settings = change.feature_settings(self.inputs.features)
+        if settings.needs_played:
+            raise NotPossibleError(f"features of the kind {settings.kind} need the played sound")
+        return FeatureComputer(self.inputs.audio, settings, self.inputs.folder)
 
     def _samples(
         self, variants: Sequence[Variant], dataset: str, names: Sequence[str]
@@ -200,8 +212,8 @@ class VariantRecordings:
         if without:
             if inputs.recordings is None:
                 raise NotPossibleError("the recordings themselves are needed")
-            longest = max(variant.feature_settings(inputs.features).window for variant in without)
-            recorded = inputs.recordings.samples(dataset, names, longest)
+            least_samples = max(self._computer(variant).least_samples for variant in without)
+            recorded = inputs.recordings.samples(dataset, names, least_samples)
         for own, sounds in zip(recorded, rendered, strict=False):
             simulated = iter(sounds)
             yield [next(simulated).astype(np.float32) if v.excitation else own for v in variants]

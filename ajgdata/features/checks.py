@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.features.band import ALL_HZ, reaching_hz
 from ajgdata.features.encoding import check_encoding
 from ajgdata.features.gaps import check_gaps
 from ajgdata.features.hum import check_hum
@@ -24,6 +23,7 @@ from ajgdata.features.offset import check_offset
 from ajgdata.features.repeats import check_repeats
 from ajgdata.features.segments import segments
 from ajgdata.store.audio import Audio, Remark
+from ajgdata.types.features import ALL_HZ, Band
 
 #: Least peak of a microphone, relative to full scale. Far below it (1.2e-38), float32 loses digits.
 TOO_QUIET = 1e-30
@@ -44,25 +44,23 @@ BEYOND_FULL_SCALE = "beyond_full_scale"
 _GAIN = "lower the gain and record again, or set quality to reject"
 
 
-def check_audio(
-    audio: Audio, window: int, band_hz: tuple[float, float] | None = None
-) -> list[Remark]:
+def check_audio(audio: Audio, least_samples: int, lines_hz: Band = ALL_HZ) -> list[Remark]:
     """Return all remarks on a recording that could be read.
 
-    `window` and `band_hz` are those of the feature. Conversion hides clipping, so the recorded
-    samples are checked. The converted samples are also checked, because they must have a feature
-    (the mean of opposite channels is silence).
+    The feature requires `least_samples`, and lines of the frequencies `lines_hz` reach it.
+    Conversion hides clipping, so the recorded samples are checked. The converted samples are also
+    checked, because they must have a feature (the mean of opposite channels is silence).
     """
     is_converted = audio.samples.size != audio.recorded.size  # resampled, or averaged
     remarks = check_samples(
         audio.recorded,
         audio.info.subtype,
-        0 if is_converted else window,
+        0 if is_converted else least_samples,
         sample_rate_hz=audio.info.sample_rate_hz,
-        lines_hz=_lines_hz(audio, window, band_hz),
+        lines_hz=lines_hz,
     )
     if is_converted:
-        of_converted = _check_level(_columns(audio.samples), audio.info.subtype, window)
+        of_converted = _check_level(audio.columns, audio.info.subtype, least_samples)
         errors = [remark for remark in (*remarks, *of_converted) if remark.level == "error"]
         if errors:
             remarks = _first_of_each_code(errors)
@@ -77,33 +75,23 @@ def _first_of_each_code(remarks: Sequence[Remark]) -> list[Remark]:
     return list(reversed(first.values()))
 
 
-def _lines_hz(
-    audio: Audio, window: int, band_hz: tuple[float, float] | None
-) -> tuple[float, float]:
-    """Return the frequencies that reach the feature of the converted samples."""
-    if band_hz is None:  # also without samples
-        return ALL_HZ
-    rate_hz = audio.info.sample_rate_hz * len(audio.samples) / len(audio.recorded)
-    return reaching_hz(band_hz, window, rate_hz)
-
-
 def check_samples(
     samples: NDArray[Any],
     subtype: str,
-    window: int,
+    least_samples: int,
     *,
     sample_rate_hz: float = 44_100,
-    lines_hz: tuple[float, float] = ALL_HZ,
+    lines_hz: Band = ALL_HZ,
 ) -> list[Remark]:
     """Return remarks on recorded samples (n,) or (n, channels), full scale +-1.
 
     `subtype` is libsndfile's name of the encoding (`AudioInfo.subtype`). Integers clip at full
-    scale. Float samples can exceed full scale, and clip at any flat top. `window` is the number of
-    samples that the feature requires, and `lines_hz` are the frequencies that reach it. If there is
-    an error, the result has only errors: the length, and the first reason for missing sound.
+    scale. Float samples can exceed full scale, and clip at any flat top. The feature requires
+    `least_samples`, and lines of the frequencies `lines_hz` reach it. If there is an error, the
+    result has only errors: the length, and the first reason for missing sound.
     """
     columns = _columns(samples)
-    remarks = _check_level(columns, subtype, window)
+    remarks = _check_level(columns, subtype, least_samples)
     if any(remark.level == "error" for remark in remarks):
         return remarks
     defects: list[Remark] = []
@@ -124,7 +112,7 @@ def _check_signal(
     samples: NDArray[Any],
     subtype: str,
     sample_rate_hz: float,
-    lines_hz: tuple[float, float],
+    lines_hz: Band,
 ) -> list[Remark]:
     """Return the defects of the signal of one channel (n,), which has sound."""
     samples = np.ascontiguousarray(samples, np.float32)
@@ -153,9 +141,9 @@ def _float_quantum(samples: NDArray[Any]) -> float:
     return float(max(samples.max(), -samples.min())) * 2.0 ** (1 - _FLOAT_BITS)
 
 
-def _check_level(columns: NDArray[Any], subtype: str, window: int) -> list[Remark]:
+def _check_level(columns: NDArray[Any], subtype: str, least_samples: int) -> list[Remark]:
     """Return remarks on the length and on the amplitudes of samples (n, channels)."""
-    errors = _unusable(columns, window)
+    errors = _unusable(columns, least_samples)
     if errors:
         return errors
     remarks = []
@@ -188,13 +176,13 @@ def _extremes(columns: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
     return rows.min(axis=1), rows.max(axis=1)
 
 
-def _unusable(columns: NDArray[Any], window: int) -> list[Remark]:
+def _unusable(columns: NDArray[Any], least_samples: int) -> list[Remark]:
     """Return the reasons why samples (n, channels) have no feature."""
     errors = []
     count = len(columns)
-    if count < max(window, 1):
-        problem = f"{count} samples are fewer than one window of {window}"
-        fix = "record longer, set features.window, or remove its row"
+    if count < max(least_samples, 1):
+        problem = f"{count} samples are fewer than the {least_samples} of a feature"
+        fix = "record longer, change features in dataset.yaml, or remove its row"
         errors.append(Remark("error", "too_short", problem, fix))
     soundless = _soundless(columns) if count > 1 else None
     if soundless:

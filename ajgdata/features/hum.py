@@ -12,10 +12,10 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.features.band import ALL_HZ
 from ajgdata.features.segments import Segments
 from ajgdata.features.share import LINE_GAIN, SHARE_LIMIT, may_exceed, share
 from ajgdata.store.audio import Remark
+from ajgdata.types.features import ALL_HZ
 
 #: Frequencies of the mains, and number of their harmonics that are examined.
 MAINS_HZ = (50, 60)

@@ -31,7 +31,9 @@ import scipy.fft
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from ajgdata.types import AudioSettings, FeatureSettings
+from ajgdata.features.compute import FeatureInput
+from ajgdata.store.feature_array import FeatureArray, frequency_axis
+from ajgdata.types import AudioSettings, FeatureKind, FeatureSettings
 
 Float32 = NDArray[np.float32]
 
@@ -97,6 +99,13 @@ def spectrum(
             raise ValueError("the spectrum exceeds float32: set features.normalisation")
         return total.astype(np.float32)
     return normalised(total, settings.normalisation)
+
+
+def spectra(sound: FeatureInput, settings: FeatureSettings) -> FeatureArray:
+    """Return the spectrum (channel, frequency) of each microphone."""
+    rate_hz = sound.sample_rate_hz
+    values = np.stack([spectrum(row, rate_hz, settings) for row in sound.samples])
+    return FeatureArray(values, (sound.channels, frequency_axis(frequencies_hz(rate_hz, settings))))
 
 
 def normalised(values: NDArray[np.float64], normalisation: str) -> Float32:
@@ -219,7 +228,8 @@ def differing_axes(
     frequencies of the bins follow from sample rate, window and band.
     """
     keys = [("audio", "sample_rate_hz")]
-    keys += [("features", key) for key in FeatureSettings.model_fields]
+    names = [*own.get("features", {}), *other.get("features", {})]
+    keys += [("features", key) for key in dict.fromkeys(names)]
     differences = []
     for part, key in keys:
         own_value = own.get(part, {}).get(key)
@@ -229,7 +239,7 @@ def differing_axes(
     return differences
 
 
-def settings_text(audio: AudioSettings, features: FeatureSettings) -> str:
+def settings_text(audio: AudioSettings, features: FeatureKind) -> str:
     """Return the settings of features as JSON; features with equal texts are comparable."""
     settings = {
         "audio": audio.model_dump(mode="json"),

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -19,9 +20,10 @@ from ajgdata.evaluate.calibration import with_temperature
 from ajgdata.evaluate.in_use import Calibration
 from ajgdata.evaluate.novelty import NoveltyGuard
 from ajgdata.features.checks import BEYOND_FULL_SCALE, check_audio
-from ajgdata.features.spectrum import frequencies_hz, spectrum
+from ajgdata.features.compute import FeatureComputer
 from ajgdata.store.audio import Audio, AudioInfo, read_audio
-from ajgdata.types import AudioSettings, DataError, FeatureSettings, Kind
+from ajgdata.store.feature_array import FREQUENCY
+from ajgdata.types import AudioSettings, DataError, FeatureKind, Kind
 
 if TYPE_CHECKING:
     from sklearn.base import BaseEstimator
@@ -87,7 +89,8 @@ class Prediction:
 class Predictor:
     """A model trained for a task of a data set, with its calibration. See `load_predictor`.
 
-    `classes` are sorted (empty for numbers). `audio` and `features` are settings of the data set.
+    `classes` are sorted (empty for numbers). `audio` and `features` are settings of the data set,
+    whose dataset.yaml is in `folder`.
     """
 
     estimator: BaseEstimator
@@ -98,10 +101,11 @@ class Predictor:
     unit: str
     classes: tuple[str, ...]
     audio: AudioSettings
-    features: FeatureSettings
+    features: FeatureKind
     calibration: Calibration
     guard: NoveltyGuard
     axes: tuple[str, ...] = ()  #: names of the numbers of a vector
+    folder: Path = Path()
 
     def __repr__(self) -> str:
         """Return data set, task, model, what it predicts, and the rate of recordings."""
@@ -118,10 +122,17 @@ class Predictor:
         """Return the sample rate of the recordings that the model can predict."""
         return self.audio.sample_rate_hz
 
+    @cached_property
+    def _computer(self) -> FeatureComputer:
+        return FeatureComputer(self.audio, self.features, self.folder)
+
     @property
     def frequency_hz(self) -> NDArray[np.float64]:
-        """Return the frequencies (f,) of a feature."""
-        return frequencies_hz(self.sample_rate_hz, self.features)
+        """Return the frequencies (f,) of a spectrum. Raises ValueError for other features."""
+        for axis in self._computer.axes:
+            if axis.name == FREQUENCY:
+                return axis.values
+        raise ValueError(f"the feature {self.features.kind} has no frequencies")
 
     @property
     def has_probabilities(self) -> bool:
@@ -252,12 +263,13 @@ class Predictor:
 
         Raises DataError for a recording that the workflow would quarantine.
         """
-        remarks = check_audio(audio, self.features.window, self.features.band_hz)
+        computer = self._computer
+        remarks = check_audio(audio, computer.least_samples, computer.reaching_hz)
         for remark in remarks:
             if remark.level == "error":
                 raise DataError(where, remark.problem, remark.fix)
         try:
-            feature = spectrum(audio.samples, self.sample_rate_hz, self.features)
+            feature = computer(audio.samples)
         except ValueError as error:  # not normalised, and beyond float32
             raise DataError(where, str(error), "change features in dataset.yaml") from None
         shown = [
@@ -265,7 +277,9 @@ class Predictor:
             for remark in remarks
             if remark.level == "warning" or remark.code == BEYOND_FULL_SCALE
         ]
-        return feature, [f"{remark.problem}; {remark.fix}" for remark in shown]
+        texts = [f"{remark.problem}; {remark.fix}" for remark in shown]
+        texts += [f"{problem}; {fix}" for _, problem, fix in feature.doubts]
+        return feature.values.ravel(), texts
 
 
 def _audio(waveform: ArrayLike, sample_rate_hz: float, settings: AudioSettings) -> Audio:

@@ -45,6 +45,7 @@ from ajgdata.types.documentation import documentation
 from ajgdata.types.names import checked_name
 from ajgdata.types.protocol import RobotProgram
 from ajgdata.types.recipe import Recipe, RecipeObject
+from ajgdata.types.settings import Microphone, microphone_text
 
 SOUNDCARD = "soundcard"
 VIRTUAL = "virtual"
@@ -223,7 +224,7 @@ def open_hands(
     seed: int,
     confirm: Confirm,
     rate_hz: int,
-    microphone: int | str | None,
+    microphone: Microphone,
 ) -> Iterator[tuple[Robot, Card, dict[str, str]]]:
     """Yield robot and sound card, and `gripper`, `medium` and `source` for session.yaml.
 
@@ -232,7 +233,7 @@ def open_hands(
     recipe; `seed` draws its grasps, and it needs no person. `microphone` is that of the model: it
     is used if `card` has none, and the microphone of the sessions if the model has none either.
     Raises DataError, for example for another sample rate than `rate_hz` of the model, and for a
-    model of the mean of several microphones.
+    model of several microphones.
     """
     if source == VIRTUAL:
         if spec.recipe is None:
@@ -244,7 +245,7 @@ def open_hands(
         yield table, table, SIMULATED
         return
     own = {"sample_rate_hz": spec.audio.sample_rate_hz, **card}
-    if "microphone" not in own or isinstance(microphone, str):
+    if "microphone" not in own or isinstance(microphone, str | tuple):
         own["microphone"] = _card_microphone(paths, spec, microphone)
     settings = checked(CardSettings, "sound card", own)
     with open_card(settings) as opened:
@@ -252,15 +253,16 @@ def open_hands(
         yield make_robot(robot, confirm), opened, gripper_of(spec)
 
 
-def _card_microphone(paths: Paths, spec: DatasetSpec, microphone: int | str | None) -> int:
+def _card_microphone(paths: Paths, spec: DatasetSpec, microphone: Microphone) -> int:
     """Return the number of the microphone with which a model was trained.
 
     This is `microphone`, or without it the microphone of the sessions of the sound card, or 1
-    without such sessions. Raises DataError for sessions of several microphones, and for the mean of
-    several microphones, because a sound card records one.
+    without such sessions. Raises DataError for sessions of different microphones, and for a model
+    of several microphones or their mean, because a sound card records one.
     """
-    if isinstance(microphone, str):
-        problem = "the model was trained with the mean of all microphones, a sound card records one"
+    if isinstance(microphone, str | tuple):
+        used_text = "the mean of all microphones" if microphone == "mean" else "several microphones"
+        problem = f"the model was trained with {used_text}, a sound card records one"
         fix = "set audio.microphone in dataset.yaml to a number and train the model again"
         raise DataError("audio.microphone", problem, fix)
     if microphone is not None:
@@ -281,7 +283,8 @@ def _card_microphone(paths: Paths, spec: DatasetSpec, microphone: int | str | No
 def _check_recordable(path: Path, audio: AudioSettings) -> None:
     """Raise DataError if a data set declares another channel than that of a sound card."""
     if audio.microphone not in (None, 1):
-        problem = f"audio.microphone is {audio.microphone}, and a sound card writes one channel"
+        written = microphone_text(audio.microphone)
+        problem = f"audio.microphone is {written}, and a sound card writes one channel"
         fix = "record into another data set; `ajgdata record --microphone` chooses the input"
         raise DataError(path, problem, fix)
 

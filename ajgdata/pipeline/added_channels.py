@@ -12,6 +12,7 @@ from ajgdata.store.importing import Contents
 from ajgdata.store.scan import Scan
 from ajgdata.store.sessions import audio_path, list_sessions, read_recordings, read_session
 from ajgdata.types import DataError
+from ajgdata.types.settings import Microphone
 
 
 def check_added_channels(
@@ -19,7 +20,7 @@ def check_added_channels(
     dataset: str,
     scanned: Scan,
     contents: Contents,
-    microphone: int | str | None,
+    microphone: Microphone,
     *,
     is_requested: bool,
 ) -> None:

@@ -13,18 +13,13 @@ import numpy as np
 from ajgdata.paths import Paths
 from ajgdata.report.navigation import link_from_report
 from ajgdata.report.report_data import DatasetSummary, Spectra
+from ajgdata.store.feature_array import FREQUENCY
 from ajgdata.store.features import FeatureRows
 from ajgdata.store.findings import read_findings
 from ajgdata.store.provenance import settings_digest
 from ajgdata.store.sessions import audio_path, read_recordings, read_session
-from ajgdata.types import (
-    WHOLE_FILE,
-    DatasetSpec,
-    FeatureSettings,
-    Recording,
-    Segment,
-    Session,
-)
+from ajgdata.types import WHOLE_FILE, DatasetSpec, Recording, Segment, Session
+from ajgdata.types.features import feature_settings
 
 #: Largest number of mean spectra in one figure.
 MAX_SPECTRA = 8
@@ -44,7 +39,7 @@ def summary(paths: Paths, spec: DatasetSpec, store: FeatureRows) -> DatasetSumma
         licence=spec.licence,
         citation=spec.citation,
         url=spec.url,
-        features=FeatureSettings(**settings["features"]),
+        features=feature_settings(settings["features"]),
         provenance=dict(
             commit=str(store.attrs["git_commit"]),
             config_hash=settings_digest(spec.audio, spec.features, *spec.tasks.values()),
@@ -99,11 +94,19 @@ def _media_fragment(segment: Segment) -> str:
 
 
 def mean_spectra(store: FeatureRows, spec: DatasetSpec) -> Spectra | None:
-    """Return the mean spectrum of each class or bin; None if there is no target or no value."""
+    """Return the mean spectrum of each class or bin.
+
+    A spectrum is the mean of a feature over its other dimensions than frequency. Return None if
+    there is no target, no value, or no frequency.
+    """
     name, groups = rows_by_label(store, spec)
-    if not groups:
+    dimensions = [axis.name for axis in store.axes]
+    if not groups or FREQUENCY not in dimensions:
         return None
-    means = [store.feature[rows].mean(axis=0, dtype=np.float64) for rows in groups.values()]
+    over = tuple(
+        number for number, axis in enumerate(("recording", *dimensions)) if axis != FREQUENCY
+    )
+    means = [store.feature[rows].mean(axis=over, dtype=np.float64) for rows in groups.values()]
     return Spectra(store.frequency_hz, tuple(groups), np.array(means), name)
 
 

@@ -18,14 +18,15 @@ from ajgdata.pipeline.progress import tell
 from ajgdata.pipeline.recipes import grasp_simulator, renderer
 from ajgdata.pipeline.recordings import RecordingReader
 from ajgdata.pipeline.similar_sounds import leak_refusals, sounds_of
+from ajgdata.store.feature_array import same_axes
 from ajgdata.store.features import FeatureRows, read_latents, read_store
 from ajgdata.store.files import read_json
 from ajgdata.store.tables import write_measurements
 from ajgdata.types import (
     CROSS_VALIDATION,
+    AnyFeature,
     AudioSettings,
     DataError,
-    FeatureSettings,
     NotPossibleError,
     Strict,
     TaskSettings,
@@ -43,7 +44,7 @@ def run_experiment(
     task_settings: TaskSettings,
     other_sets: Sequence[str],
     audio: AudioSettings,
-    features: FeatureSettings,
+    features: AnyFeature,
     paths: Paths,
     seed: int,
     tables: Path,
@@ -82,6 +83,7 @@ def run_experiment(
         other_tasks=other_tasks or {},
         latents=read_latents(encoders[0]) if encoders else None,
         training_cost=read_json(encoders[1]) if encoders else {},
+        folder=paths.dataset(dataset).parent,
     )
     refused = _copied_sets(inputs, getattr(checked, "test_on", ()))
     about = {
@@ -110,8 +112,8 @@ def _comparable(store: Path, table: FeatureRows, path: Path) -> FeatureRows:
     for name, here, there in differing_axes(_settings(table), _settings(other)):
         problem = f"its {name} is {there}, that of {store} is {here}: they do not compare"
         raise DataError(path, problem, "give both data sets the same, and run again")
-    if table.frequency_hz.tolist() != other.frequency_hz.tolist():
-        problem = f"its frequencies are not those of {store}: they do not compare"
+    if not same_axes(table.axes, other.axes):
+        problem = f"the dimensions of its features are not those of {store}: they do not compare"
         raise DataError(path, problem, "delete both, and run again")
     return other
 
@@ -125,9 +127,9 @@ def _copied_sets(inputs: Inputs, test_on: Sequence[str]) -> dict[str, str]:
     """Return the data sets of `test_on` with copies of training recordings, with the reason."""
     if not test_on:
         return {}
-    quantity = inputs.features.quantity
-    tests = {name: sounds_of(inputs.other_sets[name], [], quantity) for name in test_on}
-    return leak_refusals(sounds_of(inputs.store, [], quantity), tests)
+    features = inputs.features
+    tests = {name: sounds_of(inputs.other_sets[name], [], features) for name in test_on}
+    return leak_refusals(sounds_of(inputs.store, [], features), tests)
 
 
 def _measure(

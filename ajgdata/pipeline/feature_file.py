@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ajgdata.features.spectrum import frequencies_hz, settings_text, spectrum
+from ajgdata.features.compute import FeatureComputer
+from ajgdata.features.spectrum import settings_text
 from ajgdata.paths import Paths
 from ajgdata.pipeline.processes import results_of
 from ajgdata.pipeline.progress import tell
@@ -47,7 +48,15 @@ from ajgdata.store.labels import (
 )
 from ajgdata.store.provenance import settings_digest, software
 from ajgdata.store.session_audio import AudioFile, SessionAudio, check_session
-from ajgdata.types import AudioSettings, DataError, FeatureSettings, Finding, Target, left_out
+from ajgdata.types import (
+    AnyFeature,
+    AudioSettings,
+    DataError,
+    FeatureKind,
+    Finding,
+    Target,
+    left_out,
+)
 from ajgdata.types.session import SIMULATED_SOURCES
 
 SETTINGS_ATTRIBUTE = "settings_digest"
@@ -55,7 +64,7 @@ SETTINGS_ATTRIBUTE = "settings_digest"
 
 @dataclass(frozen=True)
 class RecordingRow:
-    """One recording: its feature (f,), its issues, and the sha256 of its file.
+    """One recording: its feature (...), its issues, and the sha256 of its file.
 
     The feature is None if the recording cannot be used. `levels_db` are the levels of the channels
     of the file in dB of full scale.
@@ -111,7 +120,7 @@ def build_feature_file(
     dataset: str,
     sessions: Sequence[str],
     audio: AudioSettings,
-    features: FeatureSettings,
+    features: AnyFeature,
     targets: Mapping[str, Target],
     code: str,
     store: Path,
@@ -135,13 +144,15 @@ def build_feature_file(
     """
     digest = sha256_of(f"{settings_digest(audio, features)} {code}".encode())[:16]
     previous = _previous(store, quarantine, hashes, digest)
+    computer = FeatureComputer(audio, features, paths.dataset(dataset).parent)
     # The digests are read first: a table that changes during this job then differs from its digest.
     digests = {name: tables_digest(paths.session(dataset, name)) for name in sessions}
     # Sums that a library computes with several threads differ in rounding.
     with threadpool_limits(limits=1):
-        parts = _parts(paths, dataset, digests, previous, audio, features, targets, threads)
-        table, copies = without_copies(_joined(parts, audio, features, targets), [*targets])
-        table, sounds = without_equal_sounds(table, [*targets], features.quantity)
+        parts = _parts(paths, dataset, digests, previous, computer, targets, threads)
+        joined = _joined(parts, computer, features.kind, targets)
+        table, copies = without_copies(joined, [*targets])
+        table, sounds = without_equal_sounds(table, [*targets], features)
     issues = [*copies, *sounds, *(issue for part in parts for issue in part.issues)]
     table = _with_attributes(table, dataset, audio, features, digest)
     # The hashes are only valid for this feature file: they are removed first and written last.
@@ -171,8 +182,7 @@ def _parts(
     dataset: str,
     digests: Mapping[str, str],
     previous: Previous,
-    audio: AudioSettings,
-    features: FeatureSettings,
+    computer: FeatureComputer,
     targets: Mapping[str, Target],
     threads: int,
 ) -> list[SessionFeatures]:
@@ -193,7 +203,7 @@ def _parts(
                 if (file.recording_id, file.sound_id) not in previous.rows[name]:
                     yield name, file
 
-    compute = partial(_named_row, audio=audio, features=features)
+    compute = partial(_named_row, computer=computer)
     computed = dict(results_of(compute, new_files(), threads))
     parts = []
     for session in checked:
@@ -204,7 +214,7 @@ def _parts(
             for file in _used_files(session)
         }
         count = sum((name, recording_id) in computed for recording_id in rows)
-        parts.append(_part(session, rows, count, targets, audio))
+        parts.append(_part(session, rows, count, targets, computer.audio))
     return parts
 
 
@@ -215,28 +225,32 @@ def _used_files(session: SessionAudio) -> list[AudioFile]:
 
 
 def _named_row(
-    item: tuple[str, AudioFile], audio: AudioSettings, features: FeatureSettings
+    item: tuple[str, AudioFile], computer: FeatureComputer
 ) -> tuple[tuple[str, str], RecordingRow]:
     """Return the names of session and recording of a file, and its row."""
     session, file = item
-    return (session, file.recording_id), _row(session, file, audio, features)
+    return (session, file.recording_id), _row(session, file, computer)
 
 
-def _row(
-    session: str, file: AudioFile, audio: AudioSettings, features: FeatureSettings
-) -> RecordingRow:
+def _row(session: str, file: AudioFile, computer: FeatureComputer) -> RecordingRow:
     """Read a file of a session and compute its feature."""
-    result = examine(file.path, audio, features.window, features.band_hz, file.segment)
+    result = examine(
+        file.path, computer.audio, computer.least_samples, computer.reaching_hz, file.segment
+    )
     issues = tuple(finding(session, file.recording_id, file.path, r) for r in result.remarks)
     if result.samples is None:
         return RecordingRow(None, issues, file.sha256)
     try:
-        feature = spectrum(result.samples, audio.sample_rate_hz, features)
+        feature = computer(result.samples)
     except ValueError as error:  # for example a feature without normalisation, beyond float32
         fix = "change features in dataset.yaml, or set quality to reject"
         issue = Finding(session, file.recording_id, "", "error", "no_feature", str(error), fix)
         return RecordingRow(None, (*issues, issue), file.sha256)
-    return RecordingRow(feature, issues, file.sha256, result.levels_db)
+    doubts = tuple(
+        Finding(session, file.recording_id, file.path.name, "warning", *doubt)
+        for doubt in feature.doubts
+    )
+    return RecordingRow(feature.values, (*issues, *doubts), file.sha256, result.levels_db)
 
 
 def _part(
@@ -266,12 +280,11 @@ def _part(
 
 def _joined(
     parts: Sequence[SessionFeatures],
-    audio: AudioSettings,
-    features: FeatureSettings,
+    computer: FeatureComputer,
+    kind: str,
     targets: Mapping[str, Target],
 ) -> FeatureRows:
-    """Return the recordings of all sessions with their labels."""
-    frequency = frequencies_hz(audio.sample_rate_hz, features)
+    """Return the recordings of all sessions with their labels; `kind` is that of the feature."""
     rows = [row for part in parts for row in part.rows]
     labels = [row for part in parts for row in part.labels]
     names = set().union(*(part.columns for part in parts))
@@ -284,11 +297,12 @@ def _joined(
         CHANNEL_LEVELS: text_column(levels, long_name=MEANINGS[CHANNEL_LEVELS]),
     }
     feature = np.asarray([row.feature for row in rows], np.float32)
-    return FeatureRows(feature.reshape(len(rows), len(frequency)), frequency, columns, {})
+    shape = tuple(len(axis.values) for axis in computer.axes)
+    return FeatureRows(feature.reshape(len(rows), *shape), computer.axes, columns, {}, kind)
 
 
 def _with_attributes(
-    table: FeatureRows, dataset: str, audio: AudioSettings, features: FeatureSettings, digest: str
+    table: FeatureRows, dataset: str, audio: AudioSettings, features: FeatureKind, digest: str
 ) -> FeatureRows:
     """Return the table with attributes: its data set, settings, software and inputs."""
     sources = set(table.columns["source"].values) if "source" in table.columns else set()

@@ -12,7 +12,11 @@ from pydantic import ValidationError
 from ajgdata.paths import Paths
 from ajgdata.pipeline.added_channels import check_added_channels
 from ajgdata.pipeline.inferred_targets import InferredTarget, inferred_target
-from ajgdata.pipeline.microphones import check_microphone, chosen_microphone
+from ajgdata.pipeline.microphones import (
+    RequestedMicrophone,
+    check_microphone,
+    chosen_microphone,
+)
 from ajgdata.pipeline.progress import tracked
 from ajgdata.pipeline.schemas import dataset_schema, register_dataset, schema_bytes
 from ajgdata.store.audio import AudioError, hash_and_inspect
@@ -59,15 +63,15 @@ def import_folder(
     targets: Sequence[str] = (),
     copy: bool = True,
     on_change: OnChange = OnChange.KEEP,
-    microphone: int | str | None = None,
+    microphone: RequestedMicrophone = None,
 ) -> tuple[DatasetSpec, Imported]:
     """Import `folder` into `dataset`.
 
     `settings` describe how file names or a table are read. The default is `imports` of
     dataset.yaml, or the starter kit's convention for a new data set. `microphone` is
-    `audio.microphone` of a new data set; for None, see `pipeline.microphones`. Raises DataError,
-    before anything is written, if the file names or the table cannot be read, if recordings cannot
-    be added to a session, and while another process writes into the data set.
+    `audio.microphone` of a new data set, or `all`; for None, see `pipeline.microphones`. Raises
+    DataError, before anything is written, if the file names or the table cannot be read, if
+    recordings cannot be added to a session, and while another process writes into the data set.
     """
     folder = Path(folder)
     path = paths.dataset(checked_name(dataset))
@@ -153,7 +157,7 @@ def declare(
     contents: Contents,
     settings: ImportSettings,
     targets: Sequence[str],
-    microphone: int | str | None = None,
+    microphone: RequestedMicrophone = None,
 ) -> DatasetSpec:
     """Return a first dataset.yaml of an imported folder, for a person to complete.
 
@@ -220,7 +224,9 @@ def _note_cells(scanned: Scan, column: str, inference: InferredTarget) -> None:
         scanned.remarks["warning"].append((f"target {column}", reason))
 
 
-def _common_audio(scanned: Scan, contents: Contents, microphone: int | str | None) -> AudioSettings:
+def _common_audio(
+    scanned: Scan, contents: Contents, microphone: RequestedMicrophone
+) -> AudioSettings:
     """Return the most common rate of the readable files, and the microphone.
 
     Raises DataError if no file is a sound, and as `chosen_microphone` does.

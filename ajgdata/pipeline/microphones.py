@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
+from typing import Literal
 
 from ajgdata.features.channels import (
     MAX_LEVEL_DB,
@@ -18,6 +19,7 @@ from ajgdata.store.importing import Contents
 from ajgdata.store.scan import Scan
 from ajgdata.types import AudioSettings, DataError
 from ajgdata.types.errors import many
+from ajgdata.types.settings import Microphone, microphone_text, numbers_of
 
 #: Most files whose channels are compared, spread evenly over the folder: the cost of an import does
 #: not grow with the number of files.
@@ -28,8 +30,15 @@ MAX_COMPARED_S = 5.0
 MAX_COMPARED_VALUES = 4_000_000
 
 
-def check_microphone(path: Path, audio: AudioSettings, requested: int | str | None) -> None:
+#: Value of `audio.microphone` of a new data set, or all channels of its files.
+RequestedMicrophone = Microphone | Literal["all"]
+_CHOICES = "a number from 1, numbers such as 1,2, all, or mean"
+
+
+def check_microphone(path: Path, audio: AudioSettings, requested: RequestedMicrophone) -> None:
     """Raise DataError if a microphone is requested that a declared data set does not use."""
+    if requested == "all" and isinstance(audio.microphone, tuple):
+        return  # files with other numbers of channels are remarks of the import
     if requested is not None and requested != audio.microphone:
         declared = "no microphone" if audio.microphone is None else f"{audio.microphone}"
         problem = f"{requested} is not the microphone of {path}, which declares {declared}"
@@ -38,29 +47,41 @@ def check_microphone(path: Path, audio: AudioSettings, requested: int | str | No
 
 
 def chosen_microphone(
-    scanned: Scan, contents: Contents, requested: int | str | None
-) -> int | str | None:
+    scanned: Scan, contents: Contents, requested: RequestedMicrophone
+) -> Microphone:
     """Return `audio.microphone` for the files of a folder; every choice becomes a remark.
 
     Without a request, files with one channel need no microphone, and channels that contain nearly
     the same sound are averaged. Raises DataError with level and correlation of each channel if the
-    sounds differ, and if no file has the requested microphone. Different numbers of channels, and
+    sounds differ, and if no file has the requested microphones. Different numbers of channels, and
     each file that cannot be used with the choice, are remarks `channels`.
     """
     counts = {path: info.channels for path, (_, info) in contents.items() if info}
-    microphone = requested
+    microphone = _all_channels(scanned, counts) if requested == "all" else requested
     if requested is None and min(counts.values()) > 1:
         statistics = _statistics(scanned, counts)
         _check_alike(scanned, statistics)
         microphone = "mean"
-    if isinstance(microphone, int) and microphone > max(counts.values()):
-        largest = max(counts.values())
-        problem = (
-            f"microphone {microphone} is not in the files, which have up to {largest} channels"
-        )
+    number = max(numbers_of(microphone), default=1)
+    largest = max(counts.values())
+    if number > largest:
+        problem = f"microphone {number} is not in the files, which have up to {largest} channels"
         raise DataError("--microphone", problem, "choose a smaller number, or mean")
     _note_choice(scanned, counts, microphone, is_guess=requested is None)
     return microphone
+
+
+def _all_channels(scanned: Scan, counts: dict[Path, int]) -> Microphone:
+    """Return the microphones of all channels.
+
+    Raises DataError for files with different numbers of channels.
+    """
+    numbers = set(counts.values())
+    if len(numbers) > 1:
+        problem = f"has files with {_numbers(counts)} channels"
+        raise DataError(scanned.folder, problem, "name the microphones, e.g. --microphone 1,2")
+    count = numbers.pop()
+    return None if count == 1 else tuple(range(1, count + 1))
 
 
 def _statistics(scanned: Scan, counts: dict[Path, int]) -> ChannelStatistics | None:
@@ -69,7 +90,7 @@ def _statistics(scanned: Scan, counts: dict[Path, int]) -> ChannelStatistics | N
     Raises DataError for files with different numbers of channels.
     """
     if len(set(counts.values())) > 1:
-        fix = "add --microphone with a number from 1, or --microphone mean"
+        fix = f"add --microphone with {_CHOICES}"
         raise DataError(scanned.folder, f"has files with {_numbers(counts)} channels", fix)
     return compared_channels(scanned, list(counts))
 
@@ -92,11 +113,14 @@ def compared_channels(scanned: Scan, files: Sequence[Path]) -> ChannelStatistics
 def _check_alike(scanned: Scan, statistics: ChannelStatistics | None) -> None:
     """Note the measured values. Raise DataError unless the channels have nearly the same sound."""
     if statistics is None:
-        fix = "add --microphone with a number from 1, or --microphone mean"
+        fix = f"add --microphone with {_CHOICES}"
         raise DataError(scanned.folder, "has files with several channels without sound", fix)
     if not statistics.are_alike:
         numbers = ", ".join(str(n) for n in range(1, len(statistics.level_dbfs) + 1))
-        fix = f"add --microphone with one of {numbers}, or --microphone mean"
+        fix = (
+            f"add --microphone with one of {numbers}, with all (the features of each channel), or "
+            "with mean"
+        )
         raise DataError(scanned.folder, channel_difference(statistics), fix)
     scanned.remarks["note"].append(("channels", statistics.text()))
 
@@ -110,7 +134,7 @@ def channel_difference(statistics: ChannelStatistics) -> str:
 
 
 def _note_choice(
-    scanned: Scan, counts: dict[Path, int], microphone: int | str | None, *, is_guess: bool
+    scanned: Scan, counts: dict[Path, int], microphone: Microphone, *, is_guess: bool
 ) -> None:
     """Add remarks: the choice for files with several channels, different numbers of channels, and
     files that cannot be used with the choice."""
@@ -121,7 +145,8 @@ def _note_choice(
     elif microphone is None:
         choice = "none: one channel is used"
     else:
-        choice = f"microphone {microphone} is used"
+        verb = "are" if isinstance(microphone, tuple) else "is"
+        choice = f"{microphone_text(microphone)} {verb} used"
     if is_guess:
         choice += "; to change it, edit this key in dataset.yaml"
     scanned.remarks["note"].append(("audio.microphone", choice))
@@ -133,9 +158,7 @@ def _note_choice(
     note_unusable_files(scanned, counts, microphone)
 
 
-def note_unusable_files(
-    scanned: Scan, counts: dict[Path, int], microphone: int | str | None
-) -> None:
+def note_unusable_files(scanned: Scan, counts: dict[Path, int], microphone: Microphone) -> None:
     """Add a remark for each file that cannot be used with the microphone of the data set."""
     for path, count in sorted(counts.items()):
         try:

@@ -24,6 +24,7 @@ from ajgdata.store.files import json_bytes, write_bytes
 from ajgdata.store.sessions import inside, read_dataset, read_session
 from ajgdata.store.tables import read_measurements
 from ajgdata.types import AudioSettings, DataError, FeatureSettings, NotPossibleError
+from ajgdata.types.features import feature_settings
 from ajgdata.types.registry import model_label
 
 if TYPE_CHECKING:
@@ -193,8 +194,10 @@ def _sweep(folder: Path, audio: AudioSettings) -> np.ndarray:
 def _level_db(features: FeatureRows, row: int) -> np.ndarray:
     """Return the feature (bins,) of a row in dB relative to its largest bin."""
     settings = json.loads(str(features.attrs["settings"]))
-    quantity = FeatureSettings(**settings["features"]).quantity
+    about = feature_settings(settings["features"])
+    if not (isinstance(about, FeatureSettings) and features.has_bins_only):
+        raise NotPossibleError("the features are not spectra of one microphone")
     feature = np.asarray(features.feature[row], float)
-    factor = 10 if quantity == "power" else 20
+    factor = 10 if about.is_power else 20
     least = 10 ** (LOWEST_DB / factor)
     return factor * np.log10(np.maximum(feature / (feature.max() or 1), least))

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ajgdata.paths import Paths, Tree
+from ajgdata.store.feature_array import same_axes
 from ajgdata.store.features import read_store
 from ajgdata.store.files import read_csv, read_yaml
 from ajgdata.store.publishing.differences import RowsByRecording, counted, differences
@@ -92,8 +93,8 @@ def _changed_spectra(old_file: Path, new_file: Path) -> list[str]:
     """Return a phrase if the spectra of recordings that both feature files have differ."""
     old = read_store(old_file, unstated=_OLDEST)
     new = read_store(new_file)
-    if not np.array_equal(old.frequency_hz, new.frequency_hz):
-        return ["frequencies of the spectra"]
+    if not same_axes(old.axes, new.axes):
+        return ["dimensions of the features"]
     positions = {name: row for row, name in enumerate(old.columns["recording"].values.tolist())}
     changed = [
         name

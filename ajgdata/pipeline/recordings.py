@@ -26,14 +26,15 @@ from ajgdata.types import (
     Segment,
     Session,
 )
+from ajgdata.types.features import ALL_HZ, Band
 
 
 @dataclass(frozen=True)
 class Examined:
     """A recording that was read and checked.
 
-    `samples` (n,) are float32, and None if the recording cannot be used. `levels_db` are the levels
-    of the channels of the file in dB of full scale.
+    `samples`, see `store.audio.Audio`, are float32, and None if the recording cannot be used.
+    `levels_db` are the levels of the channels of the file in dB of full scale.
     """
 
     samples: np.ndarray | None
@@ -44,17 +45,16 @@ class Examined:
 def examine(
     path: Path,
     audio: AudioSettings,
-    window: int,
-    band_hz: tuple[float, float] | None = None,
+    least_samples: int,
+    lines_hz: Band = ALL_HZ,
     segment: Segment = WHOLE_FILE,
 ) -> Examined:
-    """Read and check one recording, a file or a segment of it, for a feature with windows of
-    `window` samples and `band_hz`."""
+    """Read and check one recording, a file or a segment of it, for a feature."""
     try:
         read = read_audio(path, audio, segment)
     except AudioError as error:
         return Examined(None, (error.remark,))
-    remarks = tuple(check_audio(read, window, band_hz))
+    remarks = tuple(check_audio(read, least_samples, lines_hz))
     errors = tuple(remark for remark in remarks if remark.level == "error")
     if errors:
         return Examined(None, errors)
@@ -69,8 +69,10 @@ class RecordingReader:
         self._audio = dict(audio)
         self._sessions: dict[tuple[str, str], tuple[Session, dict[str, Recording]]] = {}
 
-    def samples(self, dataset: str, names: Sequence[str], window: int) -> Iterator[np.ndarray]:
-        """Yield the samples (n,) of recordings of a data set, checked for windows of `window`.
+    def samples(
+        self, dataset: str, names: Sequence[str], least_samples: int
+    ) -> Iterator[np.ndarray]:
+        """Yield the samples of recordings of a data set, which have at least `least_samples`.
 
         Raises NotPossibleError for a recording that cannot be used, or whose file was edited.
         """
@@ -87,11 +89,12 @@ class RecordingReader:
                 check_unchanged(path, digests[path], row.sha256, dataset)
             except DataError as error:
                 raise NotPossibleError(f"recording {name!r}: {error.problem}") from None
-            samples = examine(path, self._audio[dataset], window, segment=row.segment).samples
+            audio = self._audio[dataset]
+            samples = examine(path, audio, least_samples, segment=row.segment).samples
             if samples is None:
                 raise NotPossibleError(
-                    f"recording {name!r} cannot be used with a window of {window}: see its data "
-                    "set's quarantine, or lower the window"
+                    f"recording {name!r} cannot be used with a feature of {least_samples} samples: "
+                    "see its data set's quarantine, or change the feature"
                 )
             yield samples
 

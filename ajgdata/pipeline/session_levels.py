@@ -10,7 +10,7 @@ import numpy as np
 
 from ajgdata.features.levels import level_jumps, swapped_channels
 from ajgdata.types import Finding, Target
-from ajgdata.types.settings import Microphone
+from ajgdata.types.settings import Microphone, numbers_of
 
 #: Levels in dB of full scale of all channels of the file, by recording_id.
 Levels = Mapping[str, tuple[float, ...]]
@@ -55,10 +55,13 @@ def _group(row: Mapping[str, str], targets: Mapping[str, Target]) -> str:
 
 
 def _used_db(channels_db: np.ndarray, microphone: Microphone) -> np.ndarray:
-    """Return the level (n,) in dB of the microphone that the features use; for `mean`, that of the
-    mean power of the channels. `channels_db` are the levels (n, channels)."""
-    if isinstance(microphone, int):
-        return channels_db[:, microphone - 1]
+    """Return the level (n,) in dB of the microphone that the features use; for several, that of
+    their mean power. `channels_db` are the levels (n, channels)."""
+    numbers = numbers_of(microphone)
+    if len(numbers) == 1:
+        return channels_db[:, numbers[0] - 1]
+    if numbers:
+        channels_db = channels_db[:, [number - 1 for number in numbers]]
     power = 10 ** (channels_db / 10)
     with np.errstate(divide="ignore"):  # silence has -inf
         return 10 * np.log10(power.mean(axis=1))

@@ -12,7 +12,7 @@ from ajgdata.acquire.protocol import REFERENCE
 from ajgdata.features import similarity
 from ajgdata.store.features import FeatureRows
 from ajgdata.store.labels import copy_finding, take_rows
-from ajgdata.types import WHOLE, Finding
+from ajgdata.types import WHOLE, FeatureKind, FeatureSettings, Finding
 from ajgdata.types.session import SIMULATED_SOURCES
 
 # Codes of issues.
@@ -71,8 +71,11 @@ class Sounds(NamedTuple):
         )
 
 
-def sounds_of(table: FeatureRows, targets: Sequence[str], quantity: str) -> Sounds:
-    """Return the sounds of a feature file. A table without sources has the source ""."""
+def sounds_of(table: FeatureRows, targets: Sequence[str], features: FeatureKind) -> Sounds:
+    """Return the sounds of a feature file with the settings `features`.
+
+    A table without sources has the source "". Only spectra have fingerprints.
+    """
     count = len(table.feature)
     labels = [table.columns[name].values for name in targets if name in table.columns]
     sources = [""] * count
@@ -82,7 +85,7 @@ def sounds_of(table: FeatureRows, targets: Sequence[str], quantity: str) -> Soun
         [str(name) for name in table.columns["recording"].values],
         [str(name) for name in table.columns["grasp_id"].values],
         [tuple(str(values[row]) for values in labels) for row in range(count)],
-        similarity.fingerprints(table.feature, table.frequency_hz, quantity),
+        stored_fingerprints(table, features),
         sources,
     )
     if REFERENCE not in table.columns:
@@ -90,11 +93,24 @@ def sounds_of(table: FeatureRows, targets: Sequence[str], quantity: str) -> Soun
     return sounds.select(np.flatnonzero(table.columns[REFERENCE].values == "").tolist())
 
 
+def stored_fingerprints(table: FeatureRows, features: FeatureKind) -> np.ndarray:
+    """Return the fingerprints (n, b) of the spectra of a feature file, see `features.similarity`.
+
+    Spectra of several microphones are summed. Other features than spectra have no bands: b is 0.
+    """
+    if not isinstance(features, FeatureSettings):
+        return np.zeros((len(table.feature), 0), np.float32)
+    spectra = table.feature if table.has_bins_only else table.feature.sum(axis=1)
+    return similarity.fingerprints(spectra, table.frequency_hz, features.quantity)
+
+
 def without_equal_sounds(
-    table: FeatureRows, targets: Sequence[str], quantity: str
+    table: FeatureRows, targets: Sequence[str], features: FeatureKind
 ) -> tuple[FeatureRows, list[Finding]]:
     """Return the table without copies of a sound, and all issues (see `sound_issues`)."""
-    issues = sound_issues(sounds_of(table, targets, quantity))
+    if not isinstance(features, FeatureSettings):
+        return table, [_not_searched(features.kind)]
+    issues = sound_issues(sounds_of(table, targets, features))
     excluded = {f"{issue.session_id}/{issue.recording_id}" for issue in issues if issue.leaves_out}
     names = table.columns["recording"].values
     if excluded:
@@ -119,6 +135,13 @@ def sound_issues(sounds: Sounds) -> list[Finding]:
 def _has_enough_bands(sounds: Sounds) -> bool:
     """Return whether fingerprints have the bands that a comparison requires."""
     return sounds.fingerprints.shape[1] >= similarity.FEWEST_BANDS
+
+
+def _not_searched(kind: str) -> Finding:
+    """Return a note that copies of a sound are not searched in features of this kind."""
+    problem = f"copies of a sound were not searched in features of the kind {kind}"
+    fix = "run `ajgdata check`, which searches copies in the recordings"
+    return Finding(WHOLE, WHOLE, "", "note", SIMILAR, problem, fix)
 
 
 def _not_compared(sounds: Sounds) -> Finding:

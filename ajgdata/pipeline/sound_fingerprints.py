@@ -13,35 +13,49 @@ from ajgdata.features import similarity
 from ajgdata.features.spectrum import frequencies_hz, settings_text, spectrum
 from ajgdata.paths import Paths
 from ajgdata.pipeline.recordings import examine
-from ajgdata.pipeline.similar_sounds import Sounds, leak_issues, sound_issues
+from ajgdata.pipeline.similar_sounds import (
+    Sounds,
+    leak_issues,
+    sound_issues,
+    stored_fingerprints,
+)
 from ajgdata.store.features import read_store
 from ajgdata.store.findings import is_rejected
 from ajgdata.store.labels import comparable_labels, sound_ids
 from ajgdata.store.session_audio import check_session
 from ajgdata.store.sessions import list_sessions, read_dataset, read_recordings
-from ajgdata.types import DataError, DatasetSpec, Finding, Target
+from ajgdata.types import DataError, DatasetSpec, FeatureSettings, Finding, Target
 
 
 class Fingerprints:
-    """Fingerprints of recordings by `Segment.sound_id`, for one choice of settings."""
+    """Fingerprints of recordings by `Segment.sound_id`, for one choice of settings.
+
+    They are computed from spectra: those of the data set, or else with the default settings.
+    """
 
     def __init__(self, paths: Paths, spec: DatasetSpec) -> None:
         """Start with the fingerprints of the feature file of a data set."""
         self._audio = spec.audio
-        self._features = spec.features
-        self._frequency_hz = frequencies_hz(spec.audio.sample_rate_hz, spec.features)
+        self._features = (
+            spec.features if isinstance(spec.features, FeatureSettings) else FeatureSettings()
+        )
+        self._frequency_hz = frequencies_hz(spec.audio.sample_rate_hz, self._features)
         self._spectra: dict[str, np.ndarray] = {}
         self.known = _stored_fingerprints(paths.features(spec.name), spec)
 
     def add(self, sound_id: str, samples: np.ndarray | None) -> None:
-        """Compute the spectrum of samples (n,), unless it is known or they have none."""
+        """Compute the spectrum of samples (n,) or (channels, n), unless it is known or they have
+        none. Spectra of several microphones are summed."""
         if samples is None or sound_id in self.known:
             return
         try:
-            values = spectrum(samples, self._audio.sample_rate_hz, self._features)
+            rows = [
+                spectrum(row, self._audio.sample_rate_hz, self._features)
+                for row in np.atleast_2d(samples)
+            ]
         except ValueError:  # the feature job reports it
             return
-        self._spectra[sound_id] = values
+        self._spectra[sound_id] = np.sum(rows, axis=0)
 
     def finish(self) -> None:
         """Replace the spectra since the last call by fingerprints, which need less memory."""
@@ -78,8 +92,11 @@ class Fingerprints:
 
 
 def _stored_fingerprints(path: Path, spec: DatasetSpec) -> dict[str, np.ndarray]:
-    """Return the fingerprints of a feature file with the settings of a data set, by sound_id."""
-    if not path.is_file():
+    """Return the fingerprints of a feature file with the settings of a data set, by sound_id.
+
+    There are none for other features than spectra.
+    """
+    if not (path.is_file() and isinstance(spec.features, FeatureSettings)):
         return {}
     try:
         table = read_store(path)
@@ -87,7 +104,7 @@ def _stored_fingerprints(path: Path, spec: DatasetSpec) -> dict[str, np.ndarray]
         return {}
     if table.attrs.get("settings") != settings_text(spec.audio, spec.features):
         return {}
-    prints = similarity.fingerprints(table.feature, table.frequency_hz, spec.features.quantity)
+    prints = stored_fingerprints(table, spec.features)
     return dict(zip(sound_ids(table), prints, strict=True))
 
 
@@ -127,6 +144,7 @@ def dataset_sounds(paths: Paths, dataset: str) -> Sounds | None:
     except DataError:
         return None  # the check of this data set reports it
     prints = Fingerprints(paths, spec)
+    least_samples = spec.features.least_samples(spec.audio.sample_rate_hz)
     recordings: list[tuple[str, str, dict[str, str]]] = []
     for folder in folders:
         session = check_session(folder, _known_hashes(folder, prints))
@@ -135,8 +153,7 @@ def dataset_sounds(paths: Paths, dataset: str) -> Sounds | None:
             if file.recording_id not in labels:
                 continue
             if file.sound_id not in prints.known:
-                window = spec.features.window
-                result = examine(file.path, spec.audio, window, segment=file.segment)
+                result = examine(file.path, spec.audio, least_samples, segment=file.segment)
                 prints.add(file.sound_id, result.samples)
             name = f"{session.session_id}/{file.recording_id}"
             recordings.append((name, file.sound_id, labels[file.recording_id]))

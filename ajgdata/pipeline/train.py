@@ -127,7 +127,7 @@ def _train(
     facts = {
         **json.loads(str(table.attrs["settings"])),  # audio and features
         "recordings": len(data.name),
-        "frequency_hz": table.frequency_hz,
+        **table.coordinates,
         "classes": np.unique(data.value).tolist() if kind == "classification" else [],
         "calibration": calibrated.plain(),
     }
@@ -160,7 +160,7 @@ def _guard_arrays(
         missing = values == ""
     empty = missing & (table.columns["object"].values == "")
     guard = NoveltyGuard.from_grasps(data.feature, grasp, objects).with_references(
-        table.feature[empty]
+        table.flat[empty]
     )
     names = [field.name for field in dataclasses.fields(guard)]
     return {name: getattr(guard, name) for name in names if not name.endswith("threshold")}

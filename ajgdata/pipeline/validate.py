@@ -83,10 +83,12 @@ def _check_session(session: SessionAudio, spec: DatasetSpec, prints: Fingerprint
     rows = {row["recording_id"]: row for row in session.labels}
     issues = [*session.findings]
     levels: dict[str, tuple[float, ...]] = {}
+    rate_hz = spec.audio.sample_rate_hz
+    least_samples = spec.features.least_samples(rate_hz)
+    lines_hz = spec.features.reaching_hz(rate_hz)
     # One after the other: threads wait for Python's lock, and need twice the CPU time.
     for file in tracked(session.files, f"checking {name}"):
-        window = spec.features.window
-        result = examine(file.path, spec.audio, window, spec.features.band_hz, file.segment)
+        result = examine(file.path, spec.audio, least_samples, lines_hz, file.segment)
         prints.add(file.sound_id, result.samples)
         issues += [finding(name, file.recording_id, file.path, r) for r in result.remarks]
         if result.levels_db and not is_rejected(rows[file.recording_id]):

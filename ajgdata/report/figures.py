@@ -21,7 +21,7 @@ def spectra_figure(dataset: DatasetSummary, spectra: Spectra) -> Illustration:
 
     The title has the frequency with the largest difference.
     """
-    factor = 10.0 if dataset.features.quantity == "power" else 20.0
+    factor = 10.0 if dataset.features.is_power else 20.0
     frequency, level = levels_db(spectra, factor)
     grouping = words(spectra.grouping)
     title = f"Mean spectrum of one {grouping}"

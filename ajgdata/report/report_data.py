@@ -16,7 +16,7 @@ from ajgdata.report.comparison import Mark, PaperComparison, PaperFigure, Reason
 from ajgdata.report.format import Caption, Source
 from ajgdata.store.benchmarks import RuleCost, cost_text
 from ajgdata.types import (
-    FeatureSettings,
+    FeatureKind,
     Finding,
     IssueCounts,
     flagged,
@@ -98,7 +98,7 @@ class DatasetSummary:
     sample_rate_hz: int
     licence: str
     citation: str
-    features: FeatureSettings
+    features: FeatureKind
     provenance: Mapping[str, str]
     url: str = ""
     findings: tuple[Finding, ...] = ()

@@ -11,7 +11,7 @@ from markupsafe import Markup
 from ajgdata.report.format import DASH, number, short_commit, words
 from ajgdata.report.render import render_markdown
 from ajgdata.report.report_data import DatasetSummary, Report
-from ajgdata.types import FeatureSettings
+from ajgdata.types import FeatureKind
 
 #: Level of the first heading in the description of a method.
 METHOD_HEADING = 3
@@ -87,7 +87,7 @@ def run_view(report: Report) -> RunView:
             )
             for cost in report.run_cost
         ],
-        setting_names=[words(name) for name in FeatureSettings.model_fields],
+        setting_names=[words(name) for name in setting_names(report.datasets)],
         settings=settings_rows(report.datasets),
         provenance=[
             ProvenanceRow(
@@ -107,13 +107,22 @@ def run_view(report: Report) -> RunView:
 
 def settings_rows(datasets: Sequence[DatasetSummary]) -> list[SettingsRow]:
     """Return one row per different feature settings."""
-    names: dict[FeatureSettings, list[str]] = {}
+    names: dict[FeatureKind, list[str]] = {}
     for dataset in datasets:
         names.setdefault(dataset.features, []).append(dataset.name)
-    return [
-        SettingsRow(", ".join(named), [setting_text(v) for v in settings.model_dump().values()])
-        for settings, named in names.items()
-    ]
+    columns = setting_names(datasets)
+    rows = []
+    for settings, named in names.items():
+        values = settings.model_dump()
+        texts = [setting_text(values.get(column)) for column in columns]
+        rows.append(SettingsRow(", ".join(named), texts))
+    return rows
+
+
+def setting_names(datasets: Sequence[DatasetSummary]) -> list[str]:
+    """Return the names of the feature settings of all data sets, each once."""
+    names = [name for dataset in datasets for name in type(dataset.features).model_fields]
+    return list(dict.fromkeys(names))
 
 
 def setting_text(value: object) -> str:

@@ -28,7 +28,13 @@ from ajgdata.store import ffmpeg
 from ajgdata.store.files import write_bytes
 from ajgdata.types import WHOLE_FILE, AudioSettings, DataError, Segment
 from ajgdata.types.extras import optional_packages
-from ajgdata.types.settings import HIGHEST_RATE_HZ, LOWEST_RATE_HZ
+from ajgdata.types.settings import (
+    HIGHEST_RATE_HZ,
+    LOWEST_RATE_HZ,
+    Microphone,
+    microphone_text,
+    numbers_of,
+)
 
 Float32 = NDArray[np.float32]
 #: An open file with the attributes that this module uses.
@@ -90,12 +96,15 @@ class AudioInfo:
 
 @dataclass(frozen=True)
 class Audio:
-    """A recording at the sample rate of its data set, with one channel.
+    """A recording at the sample rate of its data set.
 
-    `samples` (n,) are float32, full scale ±1 (float files can exceed it). `recorded` (frames, used
-    channels) are the samples before averaging and resampling, which would hide clipping. `remarks`
-    list the conversions. `levels_db` are the levels of all channels of the file in dB of full
-    scale, without offset; -inf for silence.
+    - `samples`: (n,), or (channels, n) of a data set with several microphones, float32, full scale
+      ±1 (float files can exceed it)
+    - `recorded`: (frames, used channels), the samples before averaging and resampling, which would
+      hide clipping
+    - `remarks`: conversions
+    - `levels_db`: levels of all channels of the file in dB of full scale, without offset; -inf for
+      silence
     """
 
     samples: Float32
@@ -103,6 +112,11 @@ class Audio:
     info: AudioInfo
     remarks: tuple[Remark, ...]
     levels_db: tuple[float, ...] = ()
+
+    @property
+    def columns(self) -> Float32:
+        """Return `samples` as (n, channels)."""
+        return np.atleast_2d(self.samples).T
 
 
 def inspect_audio(path: Path, segment: Segment = WHOLE_FILE) -> AudioInfo:
@@ -156,8 +170,7 @@ def read_audio(path: Path, audio: AudioSettings, segment: Segment = WHOLE_FILE) 
         raise _truncated(path, len(channels), info.frames, "frames")
     levels_db = _levels_db(channels)
     recorded, remarks = _used_channels(channels, audio.microphone)
-    with np.errstate(invalid="ignore", over="ignore"):  # the checks report NaN and infinity
-        samples = recorded[:, 0] if recorded.shape[1] == 1 else recorded.mean(axis=1)
+    samples = _samples(recorded, audio.microphone)
     if info.sample_rate_hz != audio.sample_rate_hz:
         samples = resample(samples, info.sample_rate_hz, audio.sample_rate_hz)
         problem = f"resampled from {info.sample_rate_hz} to {audio.sample_rate_hz} Hz"
@@ -355,36 +368,53 @@ def check_layout(path: Path, info: AudioInfo, audio: AudioSettings) -> None:
     check_channels(path, info.channels, audio.microphone)
 
 
-def check_channels(path: Path, count: int, microphone: int | str | None) -> None:
+def check_channels(path: Path, count: int, microphone: Microphone) -> None:
     """Raise AudioError if a file with `count` channels lacks the microphone of its data set, or if
     the data set does not specify which of several channels is used."""
     if microphone is None and count != 1:
         problem = f"has {count} channels, and the data set does not specify a microphone"
-        fix = "set audio.microphone in dataset.yaml to the number of a channel (from 1), or to mean"
+        fix = (
+            "set audio.microphone in dataset.yaml to the number of a channel (from 1), to a list "
+            "of numbers, or to mean"
+        )
         raise AudioError(path, "channels", problem, fix)
-    if isinstance(microphone, int) and microphone > count:
+    largest = max(numbers_of(microphone), default=1)
+    if largest > count:
         channels = "1 channel" if count == 1 else f"{count} channels"
-        problem = f"has {channels}, and the data set uses microphone {microphone}"
-        fix = f"use a file with at least {microphone} channels, or correct audio.microphone"
+        problem = f"has {channels}, and the data set uses microphone {largest}"
+        fix = f"use a file with at least {largest} channels, or correct audio.microphone"
         raise AudioError(path, "channels", problem, fix)
 
 
-def _used_channels(samples: Float32, microphone: int | str | None) -> tuple[Float32, list[Remark]]:
+def _samples(recorded: Float32, microphone: Microphone) -> Float32:
+    """Return the used channels (frames, used) as samples (n,), or (channels, n) of a list."""
+    if isinstance(microphone, tuple):
+        return np.ascontiguousarray(recorded.T)
+    if recorded.shape[1] == 1:
+        return recorded[:, 0]
+    with np.errstate(invalid="ignore", over="ignore"):  # the checks report NaN and infinity
+        return recorded.mean(axis=1)
+
+
+def _used_channels(samples: Float32, microphone: Microphone) -> tuple[Float32, list[Remark]]:
     """Return the channels (frames, used) that a data set uses, and a note if a file has more.
 
     `microphone` is `AudioSettings.microphone`: channel 1 is the first column.
     """
     count = samples.shape[1]
-    if isinstance(microphone, int):
-        samples = np.ascontiguousarray(samples[:, microphone - 1 : microphone])
-    if count == 1:
+    numbers = numbers_of(microphone)
+    if numbers:
+        samples = np.ascontiguousarray(samples[:, [number - 1 for number in numbers]])
+    if count == 1 or numbers == tuple(range(1, count + 1)):
         return samples, []
-    if microphone == "mean":
-        problem = f"uses the mean of {count} channels"
-    else:
-        problem = f"uses microphone {microphone} of {count} channels"
-    fix = f"nothing to do: audio.microphone is {microphone}"
+    problem = f"uses {microphone_text(microphone)} of {count} channels"
+    fix = f"nothing to do: audio.microphone is {_as_written(microphone)}"
     return samples, [Remark("note", "channel_converted", problem, fix)]
+
+
+def _as_written(microphone: Microphone) -> object:
+    """Return a microphone as dataset.yaml writes it: a tuple is a list."""
+    return list(microphone) if isinstance(microphone, tuple) else microphone
 
 
 def _levels_db(channels: Float32) -> tuple[float, ...]:
@@ -402,14 +432,15 @@ def _levels_db(channels: Float32) -> tuple[float, ...]:
 
 
 def resample(samples: Float32, from_hz: int, to_hz: int) -> Float32:
-    """Return samples (n,) at another rate, (ceil(n to_hz / from_hz),).
+    """Return samples (..., n) at another rate, (..., ceil(n to_hz / from_hz)).
 
     The method is a polyphase filter, and samples outside are zero.
     """
     from scipy.signal import resample_poly  # half a second, and few recordings need it
 
     common = math.gcd(from_hz, to_hz)
-    return resample_poly(samples, to_hz // common, from_hz // common).astype(np.float32)
+    resampled = resample_poly(samples, to_hz // common, from_hz // common, axis=-1)
+    return resampled.astype(np.float32)
 
 
 def write_pcm24(path: Path, samples: NDArray[Any], sample_rate_hz: int, comment: str = "") -> None:

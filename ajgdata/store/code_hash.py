@@ -20,10 +20,11 @@ from ajgdata.store.syntax import deciding_tree, defined_names, used_statements
 from ajgdata.types.extras import installed_version
 from ajgdata.types.registry import OWN_MODELS
 
+_SPECTRUM_SETTINGS = ("types/features.py:ALL_HZ,FeatureKind,FeatureSettings",)
 #: Session -> its table and files -> samples, issues and spectra.
 _RECORDINGS = (
-    "features/band.py",
     "features/checks.py",
+    "features/compute.py",
     "features/encoding.py",
     "features/gaps.py",
     "features/hum.py",
@@ -34,10 +35,12 @@ _RECORDINGS = (
     "features/spectrum.py",
     "pipeline/recordings.py",
     "store/audio.py:read_audio,file_sha256",
+    "store/feature_array.py",
     "store/ffmpeg.py",
     "store/files.py:numbered_rows,plain_text",
     "store/session_audio.py",
     "store/sessions.py:audio_path,read_recordings,read_session",
+    *_SPECTRUM_SETTINGS,
     "types/issues.py:Finding,WHOLE",
     "types/names.py:NAME_PATTERN",
     "types/session.py",
@@ -76,7 +79,9 @@ _MODELS = ("models/*.py", "types/registry.py")
 #: Features -> recordings of a task.
 _TASK = (
     *_MODELS,
+    *_SPECTRUM_SETTINGS,
     "evaluate/task_data.py",
+    "store/feature_array.py",
     "store/features.py:read_store",
     "types/settings.py",
     "types/task_settings.py",
@@ -113,6 +118,7 @@ CODE: dict[str, tuple[str, ...]] = {
     ),
     "sample": (
         "pipeline/sample.py",
+        "store/feature_array.py",
         "store/features.py",
         "store/labels.py:take_rows",
         "types/formats.py:FEATURES_FORMAT",
@@ -148,6 +154,7 @@ CODE: dict[str, tuple[str, ...]] = {
         "evaluate/embedding_data.py",
         "evaluate/splits.py",
         "pipeline/train.py:train_embedding",
+        "store/feature_array.py",
         "store/features.py",
         "types/formats.py:LATENTS_FORMAT",
         "types/tasks.py:Embedding",
@@ -167,11 +174,14 @@ CODE: dict[str, tuple[str, ...]] = {
     "study": (
         *_GRIPPER,
         *_TABLES,
+        "features/compute.py",
         "features/spectrum.py",
         "pipeline/studies.py:run_study",
+        "store/feature_array.py",
         "studies/*.py",
         "studies/known_cases/*.py",
         "studies/resonators.yaml",
+        *_SPECTRUM_SETTINGS,
         "types/settings.py",
     ),
     "collect": (
@@ -200,7 +210,9 @@ CODE: dict[str, tuple[str, ...]] = {
         "report/scenes.py",
         "store/audio.py:read_audio",
         "store/ffmpeg.py",
+        "store/feature_array.py",
         "store/features.py:read_store",
+        *_SPECTRUM_SETTINGS,
         "types/session.py:WHOLE_FILE,Segment",
         "types/settings.py",
     ),
@@ -217,6 +229,7 @@ CODE: dict[str, tuple[str, ...]] = {
         "report/render.py",
         "report/report_data.py:DatasetSummary,Illustration,IssueLine,Spectra,findings_by_code",
         "store/audio.py:file_sha256,segment_bytes",
+        "store/feature_array.py",
         "store/features.py",
         "store/ffmpeg.py",
         "store/findings.py",
@@ -226,6 +239,7 @@ CODE: dict[str, tuple[str, ...]] = {
         "store/files.py:csv_bytes,json_bytes,numbered_rows,plain_text,yaml_bytes",
         "store/sessions.py:audio_path,read_recordings,read_session,write_session",
         "types/errors.py:many",
+        *_SPECTRUM_SETTINGS,
         "types/issues.py:Finding,WHOLE,flagged,left_out",
         "types/names.py:NAME_PATTERN",
         "types/formats.py:DATASET_FORMAT,PACKAGE_KEY,PUBLISHED_FORMAT,SESSION_FORMAT",

@@ -17,8 +17,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ajgdata.paths import command_for
+from ajgdata.store.feature_array import FREQUENCY, Axis
 from ajgdata.store.files import replacing
-from ajgdata.types import DataError
+from ajgdata.types import DataError, NotPossibleError
 from ajgdata.types.formats import FEATURES_FORMAT, FORMAT_KEY, LATENTS_FORMAT, FormatError
 
 if TYPE_CHECKING:
@@ -34,7 +35,10 @@ _UNREADABLE = "is not a readable netCDF file"
 _RECOMPUTE = "delete it and run again"
 _LOCKED = "is locked by another program, or its file system has no locks (NFS)"
 _UNLOCK = "close the other program; without locks, set HDF5_USE_FILE_LOCKING=FALSE"
-_FREQUENCY = {"units": "Hz", "standard_name": "sound_frequency", "long_name": "frequency"}
+#: Most bytes of a chunk, for features of many values.
+_CHUNK_BYTES = 2**23
+#: Beginning of the name of a dimension in a file that has a label of the same name.
+_NOT_A_LABEL = "feature_"
 _COMPRESSED = {"zlib": True, "complevel": 4, "shuffle": True}
 
 
@@ -48,12 +52,47 @@ class FeatureColumn:
 
 @dataclass(frozen=True)
 class FeatureRows:
-    """Rows of a feature file: `feature` (n, f) float32, `frequency_hz` (f,), columns (n,)."""
+    """Rows of a feature file: features and columns of n recordings.
+
+    - `feature`: (n, ...) float32, with one dimension for each of `axes`
+    - `columns`: labels (n,) by name
+    - `kind`: kind of the feature, see `types.features`
+    """
 
     feature: np.ndarray
-    frequency_hz: np.ndarray
+    axes: tuple[Axis, ...]
     columns: Mapping[str, FeatureColumn]
     attrs: Mapping[str, str | float | int]
+    kind: str = "spectrum"
+
+    @property
+    def flat(self) -> np.ndarray:
+        """The features as (n, f), in the order of the dimensions."""
+        return self.feature.reshape(len(self.feature), -1)
+
+    @property
+    def frequency_hz(self) -> np.ndarray:
+        """The frequencies (f,) of the bins. Raises NotPossibleError for a feature without them."""
+        for axis in self.axes:
+            if axis.name == FREQUENCY:
+                return axis.values
+        raise NotPossibleError(f"the feature {self.kind} has no frequencies")
+
+    @property
+    def has_bins_only(self) -> bool:
+        """Whether frequency is the only dimension of a feature."""
+        return [axis.name for axis in self.axes] == [FREQUENCY]
+
+    @property
+    def coordinates(self) -> dict[str, Any]:
+        """The meaning of the values of `flat`, for JSON.
+
+        This is `frequency_hz` for the spectra of one microphone. For other features it is
+        `dimensions`, with the coordinates by name; the last dimension varies fastest.
+        """
+        if self.has_bins_only:
+            return {"frequency_hz": self.frequency_hz.tolist()}
+        return {"dimensions": {axis.name: axis.values.tolist() for axis in self.axes}}
 
 
 def text_column(values: Sequence[str], **attrs: str) -> FeatureColumn:
@@ -69,23 +108,29 @@ def text_column(values: Sequence[str], **attrs: str) -> FeatureColumn:
 def write_store(path: Path, table: FeatureRows) -> None:
     """Write `table` atomically; the same content gives the same bytes.
 
-    Raises ValueError for a spectrum that is not finite and for columns of another length.
+    Raises ValueError for a feature that is not finite and for columns of another length.
     """
     import xarray as xr
 
     if not np.isfinite(table.feature).all():
         raise ValueError(f"{path}: a feature is NaN or infinite; no file is written")
-    attrs = {"long_name": "spectrum", "units": "1"}
-    spectra = table.feature.astype(np.float32, copy=False)
+    attrs = {"long_name": table.kind, "units": "1"}
+    features = table.feature.astype(np.float32, copy=False)
+    axes = {_stored_name(axis, table): axis for axis in table.axes}
     dataset = xr.Dataset(
-        {"feature": (("recording", "frequency"), spectra, attrs)},
+        {"feature": (("recording", *axes), features, attrs)},
         {
-            "frequency": ("frequency", table.frequency_hz, _FREQUENCY),
+            **{name: (name, axis.values, dict(axis.attrs)) for name, axis in axes.items()},
             **as_coordinates(table.columns),
         },
         {"Conventions": CONVENTIONS, FORMAT_KEY: FEATURES_FORMAT.version, **table.attrs},
     )
     write_netcdf(path, dataset)
+
+
+def _stored_name(axis: Axis, table: FeatureRows) -> str:
+    """Return the name of an axis in a file. A label can have the name of an axis, e.g. `time`."""
+    return f"{_NOT_A_LABEL}{axis.name}" if axis.name in table.columns else axis.name
 
 
 def as_coordinates(columns: Mapping[str, FeatureColumn]) -> dict[str, xr.Variable]:
@@ -114,7 +159,9 @@ def write_netcdf(path: Path, dataset: xr.Dataset) -> None:
             stored = {"_FillValue": None}
         stored["fletcher32"] = True
         if name == "feature":
-            stored["chunksizes"] = (min(CHUNK_ROWS, len(variable)), variable.shape[1])
+            row_bytes = variable.nbytes // len(variable)
+            rows = min(CHUNK_ROWS, len(variable), max(1, _CHUNK_BYTES // row_bytes))
+            stored["chunksizes"] = (rows, *variable.shape[1:])
         encoding[str(name)] = stored
     with replacing(path) as temporary:
         if shutil.disk_usage(path.parent).free < dataset.nbytes:  # HDF5 crashes on a full disk
@@ -123,7 +170,9 @@ def write_netcdf(path: Path, dataset: xr.Dataset) -> None:
 
 
 def open_store(path: Path, *, unstated: int | None = None) -> xr.Dataset:
-    """Return a feature file: `feature` (recording, frequency), with labels as coordinates.
+    """Return a feature file: `feature` (recording, ...), with labels as coordinates.
+
+    The dimensions of a spectrum are (recording, frequency).
 
     The file reads `feature` when it is used; close it after use. `unstated` is the version of a
     file that states no version; by default, this is an error. Raises DataError for a file that is
@@ -218,12 +267,21 @@ def read_store(path: Path, *, unstated: int | None = None) -> FeatureRows:
     'mm'
     """
     with open_store(path, unstated=unstated) as dataset, damage_reported(path):
+        feature = dataset["feature"]
         return FeatureRows(
-            dataset["feature"].values,
-            dataset["frequency"].values,
+            feature.values,
+            tuple(_axis(dataset[name]) for name in feature.dims[1:]),
             columns_of(dataset),
             attributes_of(dataset),
+            str(feature.attrs["long_name"]),
         )
+
+
+def _axis(coordinates: xr.DataArray) -> Axis:
+    """Return the axis with the coordinates (length,) of a file."""
+    name = str(coordinates.name).removeprefix(_NOT_A_LABEL)
+    attrs = {str(key): str(text) for key, text in coordinates.attrs.items()}
+    return Axis(name, coordinates.values, attrs)
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ from ajgdata.types import (
     AudioSettings,
     DataError,
     DatasetSpec,
-    FeatureSettings,
+    FeatureKind,
     Strict,
     Target,
 )
@@ -65,7 +65,7 @@ def write_hashes(path: Path, hashes: FeatureHashes) -> None:
 
 
 def feature_settings(
-    audio: AudioSettings, features: FeatureSettings, targets: Mapping[str, Target]
+    audio: AudioSettings, features: FeatureKind, targets: Mapping[str, Target]
 ) -> dict[str, str]:
     """Return the digest of each key of dataset.yaml on which a feature file depends."""
     plain_targets = {

@@ -23,6 +23,7 @@ from ajgdata.types.excitation import (
     SoundFile,
     WhiteNoise,
 )
+from ajgdata.types.features import AnyFeature, FeatureKind, FeatureSettings
 from ajgdata.types.issues import (
     ISSUE_LEVELS,
     WHOLE,
@@ -51,7 +52,7 @@ from ajgdata.types.session import (
     Session,
     is_reserved,
 )
-from ajgdata.types.settings import AudioSettings, FeatureSettings, Level, Target
+from ajgdata.types.settings import AudioSettings, Level, Target
 from ajgdata.types.source import DatasetSource, GitOrigin, GitPart
 from ajgdata.types.task_settings import TaskSettings, TrainingSettings
 from ajgdata.types.tasks import CROSS_VALIDATION, CrossValidationSettings, Embedding, Task

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from enum import StrEnum
 from itertools import takewhile
 from typing import Annotated, Literal
@@ -11,12 +10,13 @@ from pydantic import Field, model_validator
 
 from ajgdata.types.base import Distinct, Strict
 from ajgdata.types.excitation import DEFAULT_EXCITATION, ExcitationSpec, PassiveRecording
+from ajgdata.types.features import AnyFeature, FeatureSettings
 from ajgdata.types.names import Name
 from ajgdata.types.protocol import ACQUIRED_COLUMNS, GraspProtocol
 from ajgdata.types.recipe import Recipe
 from ajgdata.types.registry import Kind
 from ajgdata.types.session import SESSION_COLUMNS, is_reserved
-from ajgdata.types.settings import AudioSettings, FeatureSettings, Level, Target
+from ajgdata.types.settings import AudioSettings, Level, Target
 from ajgdata.types.task_settings import TaskSettings, TrainingSettings
 from ajgdata.types.tasks import Embedding, Task
 
@@ -168,8 +168,8 @@ class DatasetSpec(Strict):
         description="played sound, or passive recording; default: the one-second sweep of the "
         "paper",
     )
-    features: FeatureSettings = Field(
-        FeatureSettings(), description="settings of the spectrum of a recording"
+    features: AnyFeature = Field(
+        FeatureSettings(), description="settings of the feature of a recording"
     )
     targets: dict[Name, Target] = Field(
         {}, description="label columns of recordings.csv that models can predict, by name"
@@ -228,15 +228,8 @@ class DatasetSpec(Strict):
         return self
 
     @model_validator(mode="after")
-    def _band_contains_a_bin(self) -> DatasetSpec:
-        if self.features.band_hz is None:
-            return self
-        bins_per_hz = self.features.window / self.audio.sample_rate_hz
-        low_hz, high_hz = self.features.band_hz
-        first = math.ceil(low_hz * bins_per_hz)
-        last = min(math.floor(high_hz * bins_per_hz), self.features.window // 2)
-        if first > last:
-            raise ValueError(f"features.band_hz {self.features.band_hz} holds no bin")
+    def _rate_allows_feature(self) -> DatasetSpec:
+        self.features.check(self.audio.sample_rate_hz)
         return self
 
     @model_validator(mode="after")

@@ -1,4 +1,4 @@
-"""Settings of the audio files, features and targets of a data set."""
+"""Settings of the audio files and targets of a data set."""
 
 from __future__ import annotations
 
@@ -15,52 +15,54 @@ LOWEST_RATE_HZ = 1_000
 HIGHEST_RATE_HZ = 768_000
 
 
-class FeatureSettings(Strict):
-    """Settings of the feature, a spectrum that is summed over time.
-
-    The paper specifies the window length (2048), the sum over time, and that spectra are
-    normalised. We chose the hop, the window shape, the quantity and the norm.
-    """
-
-    kind: Literal["stft"] = Field("stft", description="short-time Fourier transform (paper)")
-    window: int = Field(2048, ge=16, description="STFT window and FFT length in samples (paper)")
-    hop: int = Field(512, ge=1, description="samples between windows (not specified in the paper)")
-    window_shape: Literal["hann", "hamming", "blackman", "boxcar"] = Field(
-        "hann", description="periodic window function (not specified in the paper)"
-    )
-    quantity: Literal["magnitude", "power", "root_power"] = Field(
-        "magnitude",
-        description="magnitude: sum of |X| over time; power: sum of |X|^2; root_power: square root "
-        "of the sum of |X|^2 (not specified in the paper)",
-    )
-    normalisation: Literal["l1", "l2", "max", "none"] = Field(
-        "l1", description="divisor of each spectrum: its norm (the paper writes only 'normalise')"
-    )
-    band_hz: tuple[float, float] | None = Field(
-        None, description="bins from low to high frequency in Hz; null: all window/2 + 1 bins"
-    )
-
-    @model_validator(mode="after")
-    def _ordered(self) -> FeatureSettings:
-        if self.hop > self.window:
-            raise ValueError(f"hop {self.hop} exceeds window {self.window}: samples would be lost")
-        if self.band_hz and not 0 <= self.band_hz[0] < self.band_hz[1]:
-            raise ValueError(f"band_hz {self.band_hz} must be 0 <= low < high")
-        return self
-
-
 def checked_microphone(value: Any) -> Any:
     """Return `value` if it is a microphone. Raises ValueError for every other value."""
     if value is None or value == "mean":
         return value
-    if type(value) is int and value >= 1:  # isinstance would accept True
+    if _is_number(value):
         return value
-    raise ValueError("not a microphone: use its number, counted from 1, or mean")
+    if isinstance(value, (list, tuple)) and all(map(_is_number, value)):
+        if len(value) > 1 and len(set(value)) == len(value):
+            return value
+        raise ValueError("a list has at least two different microphones")
+    raise ValueError("not a microphone: use its number, counted from 1, a list of numbers, or mean")
 
 
-#: Which channel of a file is used: the number of a microphone, counted from 1, or the mean of all
-#: channels; None if files must have one channel.
-Microphone = Annotated[int | Literal["mean"] | None, BeforeValidator(checked_microphone)]
+def _is_number(value: Any) -> bool:
+    """Return whether a value is the number of a microphone."""
+    return type(value) is int and value >= 1  # isinstance would accept True
+
+
+#: Which channels of a file are used: the number of a microphone, counted from 1, several numbers,
+#: or the mean of all channels; None if files must have one channel.
+Microphone = Annotated[
+    int | tuple[int, ...] | Literal["mean"] | None, BeforeValidator(checked_microphone)
+]
+
+
+def numbers_of(microphone: Microphone) -> tuple[int, ...]:
+    """Return the numbers of the used microphones; none for the mean and for files with one channel.
+
+    >>> numbers_of(2), numbers_of((1, 3)), numbers_of("mean")
+    ((2,), (1, 3), ())
+    """
+    if isinstance(microphone, tuple):
+        return microphone
+    return (microphone,) if isinstance(microphone, int) else ()
+
+
+def microphone_text(microphone: Microphone) -> str:
+    """Return the used channels in words.
+
+    >>> microphone_text(2), microphone_text((1, 3)), microphone_text("mean")
+    ('microphone 2', 'microphones 1 and 3', 'the mean')
+    """
+    numbers = [str(number) for number in numbers_of(microphone)]
+    if not numbers:
+        return "the mean" if microphone == "mean" else "one channel"
+    if len(numbers) == 1:
+        return f"microphone {numbers[0]}"
+    return f"microphones {', '.join(numbers[:-1])} and {numbers[-1]}"
 
 
 class AudioSettings(Strict):
@@ -76,9 +78,14 @@ class AudioSettings(Strict):
     )
     microphone: Microphone = Field(
         None,
-        description="channel of a file that is used: its number, counted from 1, or mean (of all "
-        "channels); null: files must have one channel",
+        description="channel of a file that is used: its number, counted from 1, a list of "
+        "numbers, or mean (of all channels); null: files must have one channel",
     )
+
+    @property
+    def microphones(self) -> tuple[int, ...]:
+        """The numbers of the used microphones; (1,) for the mean, which is one sound."""
+        return numbers_of(self.microphone) or (1,)
 
 
 class Target(Strict):

@@ -25,8 +25,8 @@ from pydantic import (
 
 from ajgdata.types.base import Strict, describe, overridden
 from ajgdata.types.excitation import ExcitationSpec
+from ajgdata.types.features import FeatureKind, feature_settings
 from ajgdata.types.names import ModelName, Name
-from ajgdata.types.settings import FeatureSettings
 
 #: Value of `tested` in a hypothesis for the values that the task withholds from training.
 WITHHELD = "withheld"
@@ -101,9 +101,14 @@ class Variant(Changes):
         """Whether the features are computed from recordings."""
         return bool(self.features or self.excitation)
 
-    def feature_settings(self, own: FeatureSettings) -> FeatureSettings:
-        """Return the changed feature settings of a data set with the settings `own`."""
-        return FeatureSettings.model_validate({**own.model_dump(), **self.features})
+    def feature_settings(self, own: FeatureKind) -> FeatureKind:
+        """Return the changed feature settings of a data set with the settings `own`.
+
+        A change of `kind` starts with the defaults of this kind.
+        """
+        if self.features.get("kind", own.kind) != own.kind:
+            return feature_settings(self.features)
+        return feature_settings({**own.model_dump(), **self.features})
 
     def played(self) -> ExcitationSpec:
         """Return the changed played sound."""

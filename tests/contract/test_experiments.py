@@ -18,6 +18,7 @@ from ajgdata.gripper import SAMPLE_RATE_HZ
 from ajgdata.paths import Paths
 from ajgdata.pipeline.experiments import run_experiment
 from ajgdata.pipeline.planned_grasps import planned_grasps
+from ajgdata.store.feature_array import frequency_axis
 from ajgdata.store.features import FeatureColumn, FeatureRows, text_column, write_store
 from ajgdata.store.sessions import list_datasets, read_dataset
 from ajgdata.store.tables import read_measurements
@@ -106,7 +107,9 @@ def write(path: Path, name: str) -> Path:
     level += [shape_of(str(row["grasp_id"])) for row in rows]
     level += [0.02 * shape_of(str(row["recording"])) for row in rows]
     attrs = {"data_set": name, "source": "simulated", "git_commit": "", "settings": "{}"}
-    write_store(path, FeatureRows(np.exp(level).astype(np.float32), HZ, columns, attrs))
+    write_store(
+        path, FeatureRows(np.exp(level).astype(np.float32), (frequency_axis(HZ),), columns, attrs)
+    )
     return path
 
 

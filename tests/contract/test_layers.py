@@ -70,7 +70,12 @@ TEXTS_AND_TYPES = {
     "report/format.py:number",
     "report/format.py:words",
     "types/dataset.py:DatasetSpec",
+    # settings are parameters of a job
+    "types/features.py:AnyFeature",
+    "types/features.py:feature_settings",
     "types/registry.py:Kind",
+    "types/settings.py:Microphone",
+    "types/settings.py:microphone_text",
     "types/tasks.py:CROSS_VALIDATION",
     # names of columns that are fixed by the format of the files
     "types/session.py:PLACEMENT_COLUMN",

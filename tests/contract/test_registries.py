@@ -9,6 +9,7 @@ from ajgdata.experiments.registry import load_experiment
 from ajgdata.loading import read_model
 from ajgdata.models import fit_model, make_model
 from ajgdata.pipeline.train import train_model
+from ajgdata.store.feature_array import frequency_axis
 from ajgdata.store.features import FeatureRows, read_store, text_column, write_store
 from ajgdata.types import (
     MODELS,
@@ -64,7 +65,7 @@ def test_a_model_comes_back_from_disk_as_it_was(name, tmp_path, monkeypatch):
         "object": text_column(["thing"] * 24),
         "shape": text_column(y["shape"]),
     }
-    write_store(store, FeatureRows(x, np.arange(64.0), columns, SETTINGS))
+    write_store(store, FeatureRows(x, (frequency_axis(np.arange(64.0)),), columns, SETTINGS))
     settings = TrainingSettings(target="shape", kind="classification", unit="", groups="grasp_id")
     train_model(read_store(store), settings, model=name, seed=3, folder=tmp_path / "model")
     loaded, about = read_model(tmp_path / "model")

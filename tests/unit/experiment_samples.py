@@ -8,6 +8,7 @@ import numpy as np
 
 from ajgdata.experiments.base import Inputs, Other, Outcome, Result, TaskResults
 from ajgdata.experiments.registry import EXPERIMENTS, load_experiment
+from ajgdata.store.feature_array import frequency_axis
 from ajgdata.store.features import FeatureColumn, FeatureRows, text_column
 from ajgdata.types import Kind, TaskSettings
 from ajgdata.types.registry import model_label
@@ -30,7 +31,9 @@ def small_store(seed: int = 0) -> FeatureRows:
         "size": FeatureColumn(10.0 * kind, {"units": "mm"}),
     }
     attrs = {"data_set": "d", "source": "simulated", "git_commit": "", "settings": "{}"}
-    return FeatureRows(feature.astype(np.float32), np.arange(60.0), columns, attrs)
+    return FeatureRows(
+        feature.astype(np.float32), (frequency_axis(np.arange(60.0)),), columns, attrs
+    )
 
 
 def small_inputs(kind: Kind = "classification", **changes) -> Inputs:

@@ -35,7 +35,11 @@ def with_value(value, index):
 
 
 ERRORS = {
-    "short": (sine()[: WINDOW - 1], "too_short", "2047 samples are fewer than one window of 2048"),
+    "short": (
+        sine()[: WINDOW - 1],
+        "too_short",
+        "2047 samples are fewer than the 2048 of a feature",
+    ),
     "nan": (with_value(np.nan, [77, 99]), "not_finite", "2 samples are NaN or infinite"),
     "inf": (with_value(-np.inf, [123]), "not_finite", "the first at index 123"),
     "zero": (np.zeros(9000, np.float32), "silent", "zero"),

@@ -13,6 +13,7 @@ from ajgdata.evaluate.parts import part_columns
 from ajgdata.experiments import cross_validation
 from ajgdata.experiments.base import Inputs
 from ajgdata.models import fit_model
+from ajgdata.store.feature_array import frequency_axis
 from ajgdata.store.features import FeatureColumn, FeatureRows, text_column
 from ajgdata.types import CrossValidationSettings as Settings
 
@@ -36,7 +37,9 @@ def store(**columns) -> FeatureRows:
         "one_group": text_column(["x"] * 40),
         "some_group": text_column(["" if n == 20 else "x" for n in range(40)]),
     }
-    return FeatureRows(feature, np.arange(400.0), given | columns, {"source": "recorded"})
+    return FeatureRows(
+        feature, (frequency_axis(np.arange(400.0)),), given | columns, {"source": "recorded"}
+    )
 
 
 def inputs(**changes) -> Inputs:
@@ -219,7 +222,9 @@ def placed(*, sessions=4, seed=0, bins=6, effect=0.0) -> FeatureRows:
         "object": text_column([k for _, k, _, _ in names]),
         "kind": text_column([k for _, k, _, _ in names]),
     }
-    return FeatureRows(feature, np.arange(float(bins)), given, {"source": "recorded"})
+    return FeatureRows(
+        feature, (frequency_axis(np.arange(float(bins))),), given, {"source": "recorded"}
+    )
 
 
 def accuracy(tables, part, statistic="pooled"):
@@ -302,7 +307,7 @@ def test_placebo_objects_of_a_data_set_belong_to_no_other_evaluation():
     columns["kind"] = text_column([*recorded.columns["kind"].values, *[""] * 120])
     both = FeatureRows(
         np.concatenate([recorded.feature, placebo.feature]),
-        recorded.frequency_hz,
+        recorded.axes,
         columns,
         {"source": "recorded"},
     )
@@ -322,7 +327,7 @@ def test_the_design_of_a_recording_is_stored_with_its_scores():
     assert about["design"] == {"sessions": 2, "placements": 1, "fewest_recordings": 20}
     without = placed(sessions=1)
     columns = {name: c for name, c in without.columns.items() if name != "placement_id"}
-    unknown = FeatureRows(without.feature, without.frequency_hz, columns, without.attrs)
+    unknown = FeatureRows(without.feature, without.axes, columns, without.attrs)
     _, _, about = measured("knn_plain", store=unknown, **KINDS)
     assert about["design"] == {"sessions": 1, "placements": None, "fewest_recordings": 10}
 
@@ -333,7 +338,7 @@ def test_controls_that_are_not_possible_do_not_lose_the_score():
     named, session = (two.columns[name].values for name in ("kind", "session_id"))
     kinds = np.where((named == "c") & (session == "s1"), "", named).tolist()
     store_of_one = FeatureRows(
-        two.feature, two.frequency_hz, {**two.columns, "kind": text_column(kinds)}, two.attrs
+        two.feature, two.axes, {**two.columns, "kind": text_column(kinds)}, two.attrs
     )
     tables, _, about = measured("knn_plain", store=store_of_one, placebo_objects=["x"], **KINDS)
     assert accuracy(tables, "grouped") == 1.0

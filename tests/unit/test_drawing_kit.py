@@ -14,6 +14,7 @@ from ajgdata.report.figures import spectra_figure
 from ajgdata.report.format import Caption, Score, mean_sd, number
 from ajgdata.report.marks import pareto_front
 from ajgdata.report.report_data import Illustration
+from ajgdata.store.feature_array import frequency_axis
 from ajgdata.store.features import FeatureRows, text_column
 from ajgdata.store.report_files import read_paper
 from ajgdata.types import DataError, DatasetSpec
@@ -88,7 +89,9 @@ SPEC = DatasetSpec.model_validate(
 
 
 def test_mean_of_each_class_without_those_that_have_none():
-    store = FeatureRows(FEATURE, np.asarray([0.0, 1.0]), {"y": text_column(["a", "a", ""])}, {})
+    store = FeatureRows(
+        FEATURE, (frequency_axis(np.asarray([0.0, 1.0])),), {"y": text_column(["a", "a", ""])}, {}
+    )
     spectra = mean_spectra(store, SPEC)
     assert spectra.labels == ("a",)
     np.testing.assert_array_equal(spectra.mean, [[2, 4]])

@@ -15,6 +15,7 @@ from ajgdata.experiments.base import Inputs, Outcome
 from ajgdata.experiments.embedding import scores_by
 from ajgdata.experiments.registry import load_experiment
 from ajgdata.pipeline.train import train_embedding
+from ajgdata.store.feature_array import frequency_axis
 from ajgdata.store.features import (
     FeatureColumn,
     FeatureRows,
@@ -67,7 +68,9 @@ def shard() -> FeatureRows:
         "pose": FeatureColumn(np.array(pose)),
     }
     feature = np.array(rows, np.float32)
-    return FeatureRows(feature, bins * 21.5, columns, {"source": "simulated", "data_set": "toy"})
+    return FeatureRows(
+        feature, (frequency_axis(bins * 21.5),), columns, {"source": "simulated", "data_set": "toy"}
+    )
 
 
 @pytest.fixture(scope="module")

@@ -24,6 +24,7 @@ from ajgdata.cli.main import app
 from ajgdata.features.spectrum import frequencies_hz, spectrum
 from ajgdata.paths import Paths
 from ajgdata.pipeline.train import train_model
+from ajgdata.store.feature_array import frequency_axis
 from ajgdata.store.features import FeatureRows, read_store, text_column, write_store
 from ajgdata.store.files import json_bytes
 from ajgdata.store.sessions import read_recordings, read_session
@@ -87,7 +88,9 @@ def trained(tmp_path_factory):
     settings = {key: getattr(spec, key).model_dump(mode="json") for key in ("audio", "features")}
     attrs = {"settings": json.dumps(settings)}
     frequency_hz = frequencies_hz(44_100, spec.features)
-    shard = FeatureRows(np.array(features, np.float32), frequency_hz, columns, attrs)
+    shard = FeatureRows(
+        np.array(features, np.float32), (frequency_axis(frequency_hz),), columns, attrs
+    )
     write_store(paths.features("d"), shard)
     train_model(
         read_store(paths.features("d")),

@@ -23,6 +23,7 @@ from ajgdata.evaluate.planning import (
     variance_components,
 )
 from ajgdata.paths import Paths, run_name
+from ajgdata.store.feature_array import frequency_axis
 from ajgdata.store.features import FeatureRows, text_column, write_store
 from ajgdata.store.metrics import PREDICTION_COLUMNS, read_predictions, write_predictions
 
@@ -252,7 +253,10 @@ def write_run(project, *, sessions=3, is_correct=None, placements=True, **target
     features = np.zeros((len(names), 2), np.float32)
     file = project.paths.features("d")
     file.parent.mkdir(parents=True, exist_ok=True)
-    write_store(file, FeatureRows(features, np.arange(2.0), columns, {"source": "recorded"}))
+    write_store(
+        file,
+        FeatureRows(features, (frequency_axis(np.arange(2.0)),), columns, {"source": "recorded"}),
+    )
     common = dict.fromkeys(PREDICTION_COLUMNS[:-1], "") | {
         "dataset": "d",
         "task": "label",

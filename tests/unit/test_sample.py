@@ -11,6 +11,7 @@ import pytest
 
 from ajgdata import tutorial
 from ajgdata.pipeline.sample import write_sample
+from ajgdata.store.feature_array import frequency_axis
 from ajgdata.store.features import FeatureRows, read_store, text_column, write_store
 from ajgdata.types import DataError
 
@@ -55,7 +56,9 @@ def test_a_sample_is_the_first_grasps_of_each_object_and_session(tmp_path):
         "recording": text_column([f"{s}/{o}_{g}_{n}" for s, o, g, n in rows]),
     }
     feature = np.arange(len(rows), dtype=np.float32)[:, None]
-    features = FeatureRows(feature, np.zeros(1), columns, {"source": "simulated", "data_set": "d"})
+    features = FeatureRows(
+        feature, (frequency_axis(np.zeros(1)),), columns, {"source": "simulated", "data_set": "d"}
+    )
     write_store(tmp_path / "all.nc", features)
     write_sample(tmp_path / "all.nc", tmp_path / "part.nc", 2)
     part = read_store(tmp_path / "part.nc")

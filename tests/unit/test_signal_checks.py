@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ajgdata.features.band import reaching_hz
 from ajgdata.features.checks import check_samples
 from ajgdata.features.encoding import check_encoding
 from ajgdata.features.gaps import MIN_BUFFER, MIN_QUANTA, check_gaps
@@ -15,6 +14,7 @@ from ajgdata.features.offset import check_offset
 from ajgdata.features.repeats import check_repeats
 from ajgdata.features.segments import segments
 from ajgdata.features.share import LINE_GAIN, OFFSET_GAIN, SHARE_LIMIT, share
+from ajgdata.types.features import reaching_hz
 
 RATE_HZ = 44_100
 TIME_S = np.arange(RATE_HZ) / RATE_HZ

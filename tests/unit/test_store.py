@@ -8,6 +8,7 @@ import pytest
 import xarray as xr
 
 import ajgdata
+from ajgdata.store.feature_array import frequency_axis
 from ajgdata.store.features import (
     FeatureColumn,
     FeatureRows,
@@ -30,7 +31,7 @@ def sample(rows: int = 5, start: int = 0, **columns: FeatureColumn) -> FeatureRo
     feature[0, :3] = 0, 1e-45, 3e38  # smallest subnormal and nearly the largest
     return FeatureRows(
         feature,
-        np.arange(17) * 31.25,
+        (frequency_axis(np.arange(17) * 31.25),),
         {
             "recording": text_column([f"s1/{start + n:03d}" for n in range(rows)]),
             "sha256": text_column([f"{start + n:064x}" for n in range(rows)]),

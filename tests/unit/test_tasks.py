@@ -5,6 +5,7 @@ import pytest
 from pydantic import ValidationError
 
 from ajgdata.evaluate.task_data import frequent_classes
+from ajgdata.store.feature_array import frequency_axis
 from ajgdata.store.features import FeatureRows, text_column
 from ajgdata.types import DatasetSpec, NotPossibleError, Task
 
@@ -91,7 +92,9 @@ def test_rare_classes_may_be_left_out_and_are_told():
     label = ["a"] * 4 + ["b"] * 4 + ["c"] * 2 + [""]
     group = [f"g{n // 2}" for n in range(10)] + ["g9"]  # two grasps each of a and b, one of c
     columns = {"label": text_column(label), "grasp_id": text_column(group)}
-    shard = FeatureRows(np.ones((11, 2), np.float32), np.arange(2.0), columns, {})
+    shard = FeatureRows(
+        np.ones((11, 2), np.float32), (frequency_axis(np.arange(2.0)),), columns, {}
+    )
     named = shard, "label", "grasp_id"
     assert frequent_classes(*named, (), 2) == (["a", "b"], {"c": 1})
     assert frequent_classes(*named, (), 1) == (["a", "b", "c"], {})

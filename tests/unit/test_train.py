@@ -8,6 +8,7 @@ import pytest
 from ajgdata.loading import read_model
 from ajgdata.models import fit_model, make_model, search_result
 from ajgdata.pipeline.train import train_final_model, train_model
+from ajgdata.store.feature_array import frequency_axis
 from ajgdata.store.features import FeatureColumn, FeatureRows, read_store, text_column, write_store
 from ajgdata.store.models import read_guard
 from ajgdata.types import DataError, NotPossibleError, TrainingSettings
@@ -49,7 +50,9 @@ def store(tmp_path):
     }
     settings = {"audio": {"sample_rate_hz": 8000}, "features": {"window": 126, "hop": 32}}
     attrs = {"data_set": "d", "settings": json.dumps(settings)}
-    shard = FeatureRows(feature.astype(np.float32), np.arange(64.0), columns, attrs)
+    shard = FeatureRows(
+        feature.astype(np.float32), (frequency_axis(np.arange(64.0)),), columns, attrs
+    )
     write_store(path, shard)
     return path
 
@@ -103,7 +106,7 @@ def test_a_model_of_some_classes_knows_no_others(store):
     shard = read_store(store)
     kinds = np.repeat(["a", "b", "c", "c"], 6)
     columns = {**shard.columns, "kind": text_column(kinds)}
-    write_store(store, FeatureRows(shard.feature, shard.frequency_hz, columns, shard.attrs))
+    write_store(store, FeatureRows(shard.feature, shard.axes, columns, shard.attrs))
     for name, classes in (("all", ()), ("two", ("c", "a"))):
         settings = settings_of("kind", classes=classes)
         train_model(read_store(store), settings, model="linear", seed=0, folder=store.parent / name)
@@ -149,7 +152,7 @@ def test_references_are_recordings_without_object_and_without_label(store, targe
     objects[[2, 23]] = ""  # 2 has a label; 23 has none: the empty gripper
     labels[22] = np.nan if target == "edge_mm" else ""  # its object is known
     columns = {**whole.columns, "object": text_column(objects), target: FeatureColumn(labels)}
-    write_store(store, FeatureRows(whole.feature, whole.frequency_hz, columns, whole.attrs))
+    write_store(store, FeatureRows(whole.feature, whole.axes, columns, whole.attrs))
     guard = read_guard(train(store, target, "knn"))
     assert guard["references"].shape == (1, 64)
     compressed = np.arcsinh(whole.feature[23].astype(float) / guard["scale"])

@@ -20,6 +20,7 @@ from ajgdata.features.spectrum import spectrum
 from ajgdata.pipeline.recipes import acquire_virtual, renderer
 from ajgdata.pipeline.recordings import RecordingReader
 from ajgdata.store.audio import read_audio, write_pcm24
+from ajgdata.store.feature_array import frequency_axis
 from ajgdata.store.features import FeatureColumn, FeatureRows, text_column
 from ajgdata.store.sessions import read_dataset, read_recordings
 from ajgdata.store.variants import files_without_data
@@ -67,7 +68,7 @@ def recorded(project) -> Inputs:
     }
     feature = np.array([spectrum(signal, RATE, FeatureSettings()) for signal in samples])
     attrs = {"data_set": "d", "source": "simulated", "git_commit": "", "settings": "{}"}
-    shard = FeatureRows(feature, np.fft.rfftfreq(2048, 1 / RATE), columns, attrs)
+    shard = FeatureRows(feature, (frequency_axis(np.fft.rfftfreq(2048, 1 / RATE)),), columns, attrs)
     return Inputs(
         "d",
         "t",
@@ -159,7 +160,9 @@ def echoes(project) -> Inputs:
         "edge_mm": FeatureColumn(1.0 + grasp, {"units": "mm"}),
     }
     attrs = {"data_set": "d", "source": "simulated", "settings": "{}"}
-    store = FeatureRows(np.ones((24, 129), np.float32), np.arange(129.0), columns, attrs)
+    store = FeatureRows(
+        np.ones((24, 129), np.float32), (frequency_axis(np.arange(129.0)),), columns, attrs
+    )
     return Inputs(
         "d",
         "t",

@@ -25,7 +25,8 @@ def feature_table_bytes(store: FeatureRows) -> bytes:
 
     The columns are identifiers, labels by name, `flags`, `sha256` and `feature`, a list of float32
     with the same length in all rows. A missing label is null. The metadata of a column have its
-    unit and its meaning, and those of `feature` the frequency of each element. The same feature
+    unit and its meaning, and those of `feature` the frequency of each element, or the
+    coordinates of its dimensions. The same feature
     file gives the same bytes.
     """
     labels = sorted(set(store.columns) - {*LEADING_COLUMNS, *TRAILING_COLUMNS})
@@ -36,13 +37,13 @@ def feature_table_bytes(store: FeatureRows) -> bytes:
         pyarrow.field(name, array.type, metadata=_metadata(name, store.columns[name]))
         for name, array in zip(names, arrays, strict=True)
     ]
-    width = store.feature.shape[1]
+    width = store.flat.shape[1]
     elements = pyarrow.array(store.feature.ravel(), pyarrow.float32())
     feature = pyarrow.FixedSizeListArray.from_arrays(elements, width)
     about_feature = {
         "units": "1",
-        "long_name": "spectrum",
-        "frequency_hz": json.dumps(store.frequency_hz.tolist()),
+        "long_name": store.kind,
+        **{key: json.dumps(values) for key, values in store.coordinates.items()},
     }
     fields.append(pyarrow.field(FEATURE, feature.type, metadata=about_feature))
     attrs = {key: str(value) for key, value in store.attrs.items()}

@@ -1,0 +1,188 @@
+"""Settings of the feature: what a model receives of a recording.
+
+Each kind of feature has a class of settings, which names the function that computes it. Installed
+packages add kinds by entry points (docs/examples/own_feature_package).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Literal, Self
+
+from pydantic import Field, PlainValidator, SerializeAsAny, model_validator
+
+from ajgdata.types.base import Strict
+from ajgdata.types.registry import Registry
+
+#: Lowest and highest frequency in Hz for a feature that has all bins.
+ALL_HZ = (-math.inf, math.inf)
+#: A band in Hz, from low to high frequency.
+Band = tuple[float, float]
+
+
+class FeatureKind(Strict):
+    """Base class of the settings of a kind of feature.
+
+    `function` is `module:function` of `compute(samples, sample_rate_hz, played, settings)`, which
+    `ajgdata.features.compute` describes.
+    """
+
+    function: ClassVar[str]
+    #: Whether the feature also depends on the sound that the session played.
+    needs_played: ClassVar[bool] = False
+    kind: str = Field(description="kind of feature")
+
+    @property
+    def is_power(self) -> bool:
+        """Whether the values are powers; the level of other values is that of amplitudes."""
+        return False
+
+    def least_samples(self, sample_rate_hz: float) -> int:
+        """Return the least number of samples of a recording that has this feature."""
+        return 1
+
+    def reaching_hz(self, sample_rate_hz: float) -> Band:
+        """Return the lowest and highest frequency in Hz of lines that change the feature.
+
+        An offset is a line at 0 Hz. The checks of recordings ignore defects at other frequencies.
+        """
+        return ALL_HZ
+
+    def check(self, sample_rate_hz: float) -> None:
+        """Raise ValueError if recordings with this sample rate cannot have the feature."""
+
+    def in_folder(self, folder: Path) -> Self:
+        """Return the settings with absolute paths; `folder` is that of dataset.yaml."""
+        return self
+
+
+class FeatureSettings(FeatureKind):
+    """Settings of the feature `spectrum`: a spectrum that is summed over time.
+
+    The paper specifies the window length (2048), the sum over time, and that spectra are
+    normalised. We chose the hop, the window shape, the quantity and the norm.
+    """
+
+    function = "ajgdata.features.spectrum:spectra"
+    kind: Literal["spectrum"] = Field(
+        "spectrum", description="short-time Fourier transform, summed over time (paper)"
+    )
+    window: int = Field(2048, ge=16, description="STFT window and FFT length in samples (paper)")
+    hop: int = Field(512, ge=1, description="samples between windows (not specified in the paper)")
+    window_shape: Literal["hann", "hamming", "blackman", "boxcar"] = Field(
+        "hann", description="periodic window function (not specified in the paper)"
+    )
+    quantity: Literal["magnitude", "power", "root_power"] = Field(
+        "magnitude",
+        description="magnitude: sum of |X| over time; power: sum of |X|^2; root_power: square root "
+        "of the sum of |X|^2 (not specified in the paper)",
+    )
+    normalisation: Literal["l1", "l2", "max", "none"] = Field(
+        "l1", description="divisor of each spectrum: its norm (the paper writes only 'normalise')"
+    )
+    band_hz: Band | None = Field(
+        None, description="bins from low to high frequency in Hz; null: all window/2 + 1 bins"
+    )
+
+    @property
+    def is_power(self) -> bool:
+        """Whether the quantity is a power."""
+        return self.quantity == "power"
+
+    def least_samples(self, sample_rate_hz: float) -> int:
+        """Return the length of one window."""
+        return self.window
+
+    def reaching_hz(self, sample_rate_hz: float) -> Band:
+        """Return the frequencies of `band_hz` and of the neighbours of its bins."""
+        return reaching_hz(self.band_hz, self.window, sample_rate_hz)
+
+    def check(self, sample_rate_hz: float) -> None:
+        """Raise ValueError if `band_hz` contains no bin."""
+        check_band(self.band_hz, self.window, sample_rate_hz)
+
+    @model_validator(mode="after")
+    def _ordered(self) -> FeatureSettings:
+        if self.hop > self.window:
+            raise ValueError(f"hop {self.hop} exceeds window {self.window}: samples would be lost")
+        if self.band_hz and not 0 <= self.band_hz[0] < self.band_hz[1]:
+            raise ValueError(f"band_hz {self.band_hz} must be 0 <= low < high")
+        return self
+
+
+def reaching_hz(band_hz: Band | None, window: int, sample_rate_hz: float) -> Band:
+    """Return the lowest and highest frequency in Hz of lines that reach a bin of `band_hz`.
+
+    A line also reaches the neighbours of its bin, because the main lobe of the Hann window of
+    `window` samples has a width of four bins.
+    """
+    if band_hz is None:
+        return ALL_HZ
+    bin_hz = sample_rate_hz / window
+    lowest, highest = band_hz
+    return lowest - bin_hz, highest + bin_hz
+
+
+def check_band(band_hz: Band | None, window: int, sample_rate_hz: float) -> None:
+    """Raise ValueError if `band_hz` contains no bin of a transform with `window` samples."""
+    if band_hz is None:
+        return
+    bins_per_hz = window / sample_rate_hz
+    first = math.ceil(band_hz[0] * bins_per_hz)
+    last = min(math.floor(band_hz[1] * bins_per_hz), window // 2)
+    if first > last:
+        raise ValueError(f"features.band_hz {band_hz} holds no bin")
+
+
+#: Kinds of features of this package.
+SHIPPED: tuple[type[FeatureKind], ...] = (FeatureSettings,)
+#: Entry points of features in other packages: name of the kind, and `module:class` of its settings.
+#: A module is imported when a data set has its kind.
+OWN_FEATURES = entry_points(group="ajgdata.features")
+FEATURES: Registry[type[FeatureKind] | EntryPoint] = Registry(
+    "kind of feature", {model.model_fields["kind"].default: model for model in SHIPPED}
+)
+for _point in OWN_FEATURES:
+    FEATURES.add(_point.name, _point, _point)
+#: Name of the kind `spectrum` in files of version 0.2.0 and earlier.
+_FORMER_SPECTRUM = "stft"
+
+
+def feature_class(kind: str) -> type[FeatureKind]:
+    """Return the class of the settings of a kind of feature.
+
+    Raises ValueError for an unknown kind, and for an entry point that is no such class.
+    """
+    entry = FEATURES[kind]
+    if not isinstance(entry, EntryPoint):
+        return entry
+    own = entry.load()
+    if not (isinstance(own, type) and issubclass(own, FeatureKind)):
+        raise ValueError(f"{entry.value} is not a subclass of ajgdata.FeatureKind")
+    return own
+
+
+def feature_settings(content: Any) -> FeatureKind:
+    """Return the settings of a feature; `content` is a mapping, or such settings.
+
+    A mapping without `kind` is a spectrum. Raises ValueError, or ValidationError (a ValueError)
+    with the wrong keys, for all other content.
+    """
+    if isinstance(content, FeatureKind):
+        return content
+    if not isinstance(content, Mapping):
+        raise ValueError("write a mapping, e.g. `features: {kind: spectrum}`")
+    kind = content.get("kind", "spectrum")
+    if kind == _FORMER_SPECTRUM:
+        kind = "spectrum"
+    return feature_class(str(kind)).model_validate({**content, "kind": kind})
+
+
+#: The settings of any kind of feature, as a field of settings or a parameter of a job.
+AnyFeature = Annotated[
+    SerializeAsAny[FeatureKind],
+    PlainValidator(feature_settings, json_schema_input_type=FeatureSettings),
+]
