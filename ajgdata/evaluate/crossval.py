@@ -28,7 +28,7 @@ from ajgdata.evaluate import metrics
 from ajgdata.evaluate.agreement import Estimate, Interval
 from ajgdata.evaluate.intervals import metric_interval
 from ajgdata.evaluate.splits import check_folds, grouped_folds, random_folds
-from ajgdata.evaluate.task_data import TaskData
+from ajgdata.evaluate.task_data import TaskData, TrainingCopies, training_part
 from ajgdata.models import fit_model, make_model, number_of_axes
 from ajgdata.models.tuning import Folds
 from ajgdata.types import MODELS, Kind, NotPossibleError
@@ -122,8 +122,8 @@ class CrossValidation:
     predictions: Predictions
     cost: Cost
     extra_tests: dict[str, Tested]
-    #: Numbers of recordings by fold: those that the model was trained on, and all of the training
-    #: part. Empty if each model was trained on its complete training part.
+    #: Numbers of recordings and copies by fold: those that the model was trained on, and all of the
+    #: training part. Empty if each model was trained on its complete training part.
     thinned: tuple[tuple[int, int], ...] = ()
 
 
@@ -145,7 +145,8 @@ class _Fold:
     test: _Part
     extra_tests: dict[str, _Part]
     cost: Cost
-    used: tuple[int, int]  #: recordings that the model was trained on, and all of the training part
+    #: recordings and copies that the model was trained on, and all of the training part
+    used: tuple[int, int]
 
 
 def cross_validate(
@@ -160,6 +161,7 @@ def cross_validate(
     period: float | None = None,
     extra_tests: Mapping[str, TaskData] | None = None,
     grasps: np.ndarray | Sequence | None = None,
+    copies: TrainingCopies | None = None,
 ) -> CrossValidation:
     """Cross-validate a model: each fold is predicted by a model trained on the other folds.
 
@@ -175,8 +177,9 @@ def cross_validate(
     keep `grasps` (n,) together. BLAS and OpenMP have one thread, so results do not depend on the
     number of cores.
 
-    With a `period`, the targets y and y + `period` are equal. Each fold also predicts the rows of
-    `extra_tests` whose group is not in its training part.
+    Each model is also trained on those `copies` whose recording is in its training part; no copy is
+    tested. With a `period`, the targets y and y + `period` are equal. Each fold also predicts the
+    rows of `extra_tests` whose group is not in its training part.
 
     Raises ValueError for missing values, different lengths, folds that are not possible or divide
     a group, and extra rows without `groups`.
@@ -209,7 +212,7 @@ def cross_validate(
     inner_group = group if grasps is None else np.asarray(grasps)
     with threadpool_limits(limits=1):
         results = [
-            _run_fold(number, train, test, own, inner_group, tests, unfitted, limit)
+            _run_fold(number, train, test, own, inner_group, tests, unfitted, limit, copies)
             for number, (train, test) in enumerate(pairs)
         ]
     split = "random" if groups is None else "grouped"
@@ -254,14 +257,15 @@ def _run_fold(
     tests: Mapping[str, TaskData],
     model: BaseEstimator,
     limit: int | None,
+    copies: TrainingCopies | None,
 ) -> _Fold:
     """Train a model on a fold, and predict its test part and the extra rows of other groups.
 
     `inner_group` (n,) divides the training part if it consists of one group.
     """
-    known = own.where(train)
+    known = training_part(own, train, copies)
     if len(np.unique(known.group)) == 1:
-        known = known._replace(group=inner_group[train])
+        known = training_part(own._replace(group=inner_group), train, copies)
     unfitted = clone(model)
     wall_start = time.perf_counter()
     cpu_start = time.process_time()
@@ -282,8 +286,9 @@ def _run_fold(
         new = np.flatnonzero(~np.isin(rows.group, own.group[train]))
         if len(new):
             parts[name] = _predict(fitted, rows.feature, new, number, known.value)
-    used = len(train) if limit is None else min(len(train), limit)
-    return _Fold(own_part, parts, cost, (used, len(train)))
+    available = len(known.value)
+    used = available if limit is None else min(available, limit)
+    return _Fold(own_part, parts, cost, (used, available))
 
 
 def _prediction_s(estimator: Any, features: np.ndarray) -> float:

@@ -26,6 +26,7 @@ from ajgdata.evaluate.calibration import (
 from ajgdata.evaluate.metrics import length, wrapped
 from ajgdata.evaluate.novelty import Alarm, alarm, novel_scores
 from ajgdata.evaluate.splits import grouped_folds
+from ajgdata.evaluate.task_data import TaskData, TrainingCopies, training_part
 from ajgdata.models import fit_named_model, make_model
 from ajgdata.types import Kind, NotPossibleError
 
@@ -89,12 +90,15 @@ def calibration(
     period: float | None = None,
     coverage: float = COVERAGE,
     false_alarm: float = FALSE_ALARM,
+    copies: TrainingCopies | None = None,
 ) -> Calibration:
     """Return the calibration of `model` for features (n, f) and `target` (n,).
 
     Folds never divide `groups` (n,). `grasp` (n,) and `objects` (n,) name the grasp and the object
-    of each recording. Values that cannot be computed (impossible folds, a model without
-    probabilities, too few groups) are None, with the reason in `problems`; nothing is raised.
+    of each recording. Models of folds also train on the `copies` of their training recordings; the
+    calibration uses no predictions for copies. Values that cannot be computed (impossible folds, a
+    model without probabilities, too few groups) are None, with the reason in `problems`; nothing is
+    raised.
     """
     problems: dict[str, str] = {}
     scaling: float | None = None
@@ -104,11 +108,20 @@ def calibration(
     with threadpool_limits(limits=1):
         if kind == "classification":
             with _recorded(problems, "temperature"):
-                scaling = scaling_temperature(features, target, groups, model=model, seed=seed)
+                scaling = scaling_temperature(
+                    features, target, groups, model=model, seed=seed, copies=copies
+                )
         else:
             with _recorded(problems, "half_width"):
                 half = interval_half_width(
-                    features, target, groups, coverage, model=model, seed=seed, period=period
+                    features,
+                    target,
+                    groups,
+                    coverage,
+                    model=model,
+                    seed=seed,
+                    period=period,
+                    copies=copies,
                 )
         with _recorded(problems, "novelty_threshold"):
             thresholds = alarm(
@@ -148,7 +161,13 @@ def _recorded(problems: dict[str, str], name: str) -> Iterator[None]:
 
 
 def scaling_temperature(
-    features: np.ndarray, y: np.ndarray, groups: np.ndarray, *, model: str, seed: int
+    features: np.ndarray,
+    y: np.ndarray,
+    groups: np.ndarray,
+    *,
+    model: str,
+    seed: int,
+    copies: TrainingCopies | None = None,
 ) -> float:
     """Return the temperature of `model` from held-out probabilities of all folds together.
 
@@ -159,7 +178,14 @@ def scaling_temperature(
     classes, label = np.unique(y, return_inverse=True)
     held_out = np.empty((len(y), len(classes)))
     for fitted, _, test in _held_out(
-        features, y, groups, "classification", model=model, folds=_folds(groups), seed=seed
+        features,
+        y,
+        groups,
+        "classification",
+        model=model,
+        folds=_folds(groups),
+        seed=seed,
+        copies=copies,
     ):
         held_out[test] = fitted.predict_proba(features[test])
     log_p = log_softmax(np.log(np.maximum(held_out, TINIEST)), axis=1)
@@ -181,6 +207,7 @@ def _held_out(
     folds: int,
     seed: int,
     period: float | None = None,
+    copies: TrainingCopies | None = None,
 ) -> Iterator[tuple[Any, np.ndarray, np.ndarray]]:
     """Yield for each fold: a fitted model, the rows that it was trained on, and the held-out rows.
 
@@ -188,9 +215,11 @@ def _held_out(
     """
     if kind == "classification" and not hasattr(make_model(model, kind, seed), "predict_proba"):
         raise NotPossibleError(f"model {model!r} has no probabilities: choose another")
+    data = TaskData(features, y, groups, name=groups)
     for train, test in grouped_folds(y, groups, kind, folds, seed):
+        part = training_part(data, train, copies)
         fitted = fit_named_model(
-            model, kind, features[train], y[train], groups[train], seed=seed, period=period
+            model, kind, part.feature, part.value, part.group, seed=seed, period=period
         )
         yield fitted, train, test
 
@@ -204,6 +233,7 @@ def interval_half_width(
     model: str,
     seed: int,
     period: float | None,
+    copies: TrainingCopies | None = None,
 ) -> float:
     """Return the `half_width` of `held_out_residuals`.
 
@@ -215,7 +245,9 @@ def interval_half_width(
             f"{count} groups cannot show where {100 * coverage:g} % of new ones lie: "
             f"record at least {int(np.ceil(coverage / (1 - coverage) - 1e-9))}"
         )
-    residual = held_out_residuals(features, y, groups, model=model, seed=seed, period=period)
+    residual = held_out_residuals(
+        features, y, groups, model=model, seed=seed, period=period, copies=copies
+    )
     return half_width(residual, groups, coverage, period)
 
 
@@ -227,6 +259,7 @@ def held_out_residuals(
     model: str,
     seed: int,
     period: float | None = None,
+    copies: TrainingCopies | None = None,
 ) -> np.ndarray:
     """Return |y - prediction| (n,), each by a `model` that was trained on the other folds.
 
@@ -242,6 +275,7 @@ def held_out_residuals(
         folds=_folds(groups),
         seed=seed,
         period=period,
+        copies=copies,
     ):
         residual[test] = length(wrapped(y[test] - fitted.predict(features[test]), period))
     return residual

@@ -49,6 +49,39 @@ class TaskData(NamedTuple):
         return TaskData(*(np.concatenate(pair) for pair in zip(self, other, strict=True)))
 
 
+class TrainingCopies(NamedTuple):
+    """Changed copies of recordings, on which folds train only; see `augment` of a task.
+
+    `row` (m,) is the row of the recording of each copy, and `feature` (m, f) the copy's feature.
+    """
+
+    row: np.ndarray
+    feature: np.ndarray
+
+
+def training_part(
+    data: TaskData, rows: np.ndarray, copies: TrainingCopies | None = None
+) -> TaskData:
+    """Return the recordings with row numbers `rows`, and after them the copies of these recordings.
+
+    A copy has the value, the group and the name of its recording.
+
+    >>> import numpy as np
+    >>> from ajgdata.evaluate.task_data import TaskData, TrainingCopies, training_part
+    >>> grasp = np.array(["a", "b"])
+    >>> data = TaskData(np.array([[1.0], [2.0]]), np.array([10.0, 20.0]), grasp, grasp)
+    >>> copies = TrainingCopies(np.array([0, 1]), np.array([[1.1], [2.1]]))
+    >>> training_part(data, np.array([1]), copies).feature[:, 0].tolist()
+    [2.0, 2.1]
+    """
+    part = data.where(rows)
+    if copies is None:
+        return part
+    is_used = np.isin(copies.row, rows)
+    originals = data.where(copies.row[is_used])
+    return part.joined(originals._replace(feature=copies.feature[is_used]))
+
+
 def task_data(
     table: FeatureRows,
     target: str,

@@ -15,7 +15,13 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from ajgdata.evaluate.agreement import NO_BETTER, UNDEFINED, Estimate, PaperVerdict
-from ajgdata.evaluate.task_data import TaskData, classes_of, split_withheld, task_data
+from ajgdata.evaluate.task_data import (
+    TaskData,
+    TrainingCopies,
+    classes_of,
+    split_withheld,
+    task_data,
+)
 from ajgdata.experiments.plots import BoundPlot, Plot
 from ajgdata.experiments.spec import ExperimentSpec
 from ajgdata.paths import short_name
@@ -51,6 +57,17 @@ class Recordings(Protocol):
         ...
 
 
+class CopyMaker(Protocol):
+    """Source of the changed copies of recordings that a task with `augment` trains on."""
+
+    def copies(self, dataset: str, names: Sequence[str]) -> TrainingCopies:
+        """Return the copies of recordings of a data set; `names` (n,) are those of the rows.
+
+        Raises NotPossibleError for a recording that cannot be used.
+        """
+        ...
+
+
 @dataclass(frozen=True, eq=False)
 class Inputs:
     """Inputs of a measurement: a task, its features and recordings.
@@ -58,9 +75,9 @@ class Inputs:
     `store` are the features of the data set, and `other_sets` those of the data sets that the
     settings of the experiment name in `test_on` and `placebo`. `recordings` reads recordings if the
     experiment `reads_recordings`. If it `renders`, `render` simulates other sounds, and `grasps`
-    the grasps of the recipe. `other_tasks` are those of the data set that the settings name. For an
-    embedding, `task` is its name, and `latents` and `training_cost` are of its encoders. `folder`
-    is that of dataset.yaml.
+    the grasps of the recipe. `copy_maker` is None without `augment`. `other_tasks` are those of the
+    data set that the settings name. For an embedding, `task` is its name, and `latents` and
+    `training_cost` are of its encoders. `folder` is that of dataset.yaml.
     """
 
     dataset: str
@@ -74,6 +91,7 @@ class Inputs:
     recordings: Recordings | None = None
     render: Render | None = None
     grasps: GraspSimulator | None = None
+    copy_maker: CopyMaker | None = None
     other_tasks: Mapping[str, TaskSettings] = field(default_factory=dict)
     latents: Latents | None = None
     training_cost: Mapping[str, float] = field(default_factory=dict)
@@ -91,6 +109,15 @@ class Inputs:
         classes = self.classes_of_task[0]
         without = task.placebo_objects
         return task_data(table, task.target, task.kind, column, classes, without, task.axes)
+
+    def copies(self, data: TaskData, other: str | None = None) -> TrainingCopies | None:
+        """Return the copies of recordings of the data set, or of the data set `other`.
+
+        None if the task has no `augment`. Raises NotPossibleError for a recording without file.
+        """
+        if self.copy_maker is None:
+            return None
+        return self.copy_maker.copies(other or self.dataset, data.name.tolist())
 
     def placebo_data(self, other: str | None) -> TaskData:
         """Return the recordings of one object under several names.

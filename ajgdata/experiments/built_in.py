@@ -32,6 +32,7 @@ _SPECS = (
         order=1,
         vectors=True,
         by_placement=True,
+        augments=True,
     ),
     ExperimentSpec(
         name="reflected_energy",

@@ -44,7 +44,13 @@ from ajgdata.evaluate.parts import (
     placebo,
 )
 from ajgdata.evaluate.splits import column_folds
-from ajgdata.evaluate.task_data import TaskData, column_labels, is_among, split_withheld
+from ajgdata.evaluate.task_data import (
+    TaskData,
+    TrainingCopies,
+    column_labels,
+    is_among,
+    split_withheld,
+)
 from ajgdata.experiments import cross_validation_results as shown
 from ajgdata.experiments.base import Experiment, Inputs, Outcome
 from ajgdata.experiments.built_in import BUILT_IN
@@ -99,6 +105,7 @@ def evaluate(
     """
     task = inputs.task_settings
     known, withheld = split_withheld(inputs.all_data(), task.withhold)
+    copies = inputs.copies(known)
     data = {WITHHELD: withheld} if task.withhold else {}
     for name in test_on:
         other = inputs.all_data(name)
@@ -112,11 +119,12 @@ def evaluate(
             folds=folds_of_task(inputs, known),
             extra_tests=data,
             grasps=known_grasps(inputs),
+            copies=copies,
         )
     }
     if compare_random:
         count = inputs.fold_count(known.group)
-        splits[RANDOM] = cross_validated(inputs, model, known, None, folds=count)
+        splits[RANDOM] = cross_validated(inputs, model, known, None, folds=count, copies=copies)
     return SplitResults(splits, {**dict.fromkeys(splits, known), **data})
 
 
@@ -136,6 +144,7 @@ def cross_validated(
     folds: int | Folds,
     extra_tests: Mapping[str, TaskData] | None = None,
     grasps: np.ndarray | None = None,
+    copies: TrainingCopies | None = None,
 ) -> CrossValidation:
     """Return the cross-validation of `model` on recordings of a task; see `cross_validate`.
 
@@ -152,6 +161,7 @@ def cross_validated(
         period=inputs.task_settings.period_deg,
         extra_tests=extra_tests,
         grasps=grasps,
+        copies=copies,
     )
 
 
@@ -184,6 +194,7 @@ def evaluate_sessions(inputs: Inputs, model: str) -> SplitResults | None:
         folds=inputs.fold_count(session),
         extra_tests={part: rows.by_session() for part, rows in data.items()},
         grasps=known_grasps(inputs),
+        copies=inputs.copies(known),
     )
     return SplitResults({SESSIONS: result}, {SESSIONS: known, **data})
 
@@ -211,15 +222,18 @@ def evaluate_placebo(
     if other is None and not has_own:
         return None
     data = inputs.placebo_data(other)
+    copies = inputs.copies(data, other)
     name = other or inputs.dataset
     splits = {
         placebo(name): cross_validated(
-            inputs, model, data, data.group, folds=folds_of_task(inputs, data)
+            inputs, model, data, data.group, folds=folds_of_task(inputs, data), copies=copies
         )
     }
     if settings.compare_random:
         count = inputs.fold_count(data.group)
-        splits[placebo(name, RANDOM)] = cross_validated(inputs, model, data, None, folds=count)
+        splits[placebo(name, RANDOM)] = cross_validated(
+            inputs, model, data, None, folds=count, copies=copies
+        )
     session = data.by_session().group
     if len(np.unique(session)) > 1 and task.groups != SESSION_COLUMN:
         splits[placebo(name, SESSION_SPLIT)] = cross_validated(
@@ -229,6 +243,7 @@ def evaluate_placebo(
             session,
             folds=inputs.fold_count(session),
             grasps=data.group,
+            copies=copies,
         )
     return SplitResults(splits, dict.fromkeys(splits, data))
 

@@ -489,7 +489,7 @@ def summary(results: TaskResults) -> str:
         f"{counts['recordings']:,} recordings in {counts['groups']:,} groups ({task.groups}), "
         f"{counts['folds']} folds. "
         f"Lowest error: {top.label}, {results.metric_title} {top.shown(top.score())}."
-        f"{axes_sentence(top)}"
+        f"{axes_sentence(top)}{augment_sentence(results)}"
         f"{placement_sentence(results, top)}{unmeasured_sentence(results)}"
     )
 
@@ -501,6 +501,14 @@ def axes_sentence(model: ModelResult) -> str:
         return ""
     errors = ", ".join(f"{axis} {model.shown(model.axis_score(axis))}" for axis in axes)
     return f" This is the error of the Euclidean distance; by axis: {errors}."
+
+
+def augment_sentence(results: TaskResults) -> str:
+    """Return the changed copies that models are also trained on; "" if there are none."""
+    augment = results.task_settings.augment
+    if augment is None:
+        return ""
+    return f" Models are also trained on {augment.text}; no copy is tested."
 
 
 def placement_sentence(results: TaskResults, model: ModelResult) -> str:

@@ -16,7 +16,15 @@ from ajgdata.experiments.division import TOGETHER, MeasuredPart
 from ajgdata.experiments.registry import EXPERIMENTS
 from ajgdata.experiments.spec import ExperimentSpec
 from ajgdata.store.files import line_of
-from ajgdata.types import CROSS_VALIDATION, DataError, DatasetSpec, Kind, describe, location
+from ajgdata.types import (
+    CROSS_VALIDATION,
+    Augment,
+    DataError,
+    DatasetSpec,
+    Kind,
+    describe,
+    location,
+)
 from ajgdata.types.registry import model_label
 from ajgdata.types.session import PLACEMENT_COLUMN
 
@@ -30,13 +38,22 @@ JobKey = tuple[str, str, str, str]
 
 @dataclass(frozen=True)
 class Request:
-    """An experiment that a task, or an embedding (whose name is then `task`), asks for."""
+    """An experiment that a task, or an embedding (whose name is then `task`), asks for.
+
+    `augment` are the copies of the task, if the experiment trains on them.
+    """
 
     experiment: ExperimentSpec
     dataset: str
     task: str
     settings: Any
     parts: tuple[MeasuredPart, ...]
+    augment: Augment | None = None
+
+    @property
+    def job_type(self) -> str:
+        """Return the type of its jobs in `store.code_hash`."""
+        return "experiment with copies" if self.augment else self.experiment.job_type
 
     @property
     def test_sets(self) -> tuple[str, ...]:
@@ -44,9 +61,17 @@ class Request:
         return tuple(getattr(self.settings, "test_on", ()))
 
     @property
+    def required_sets(self) -> tuple[str, ...]:
+        """Return all data sets that it needs in addition to its own: `other_sets`, and the data set
+        whose recordings are the noise of copies."""
+        if self.augment is None or not self.augment.noise_set:
+            return self.other_sets
+        return tuple(dict.fromkeys((*self.other_sets, self.augment.noise_set)))
+
+    @property
     def other_sets(self) -> tuple[str, ...]:
-        """Return all data sets that it needs in addition to its own: those that it tests or trains
-        on, and the placebo."""
+        """Return the other data sets whose features it compares with its own: those that it tests
+        or trains on, and the placebo."""
         named = [*self.test_sets, *getattr(self.settings, "train_on", ())]
         placebo = getattr(self.settings, "placebo", None)
         if placebo is not None:
@@ -57,7 +82,7 @@ class Request:
     def first_sets(self) -> tuple[str, ...]:
         """Return the other data sets that its parts need before `snakemake everything`."""
         names = [part.name for part in self.parts if not part.is_late]
-        return self.only(names).other_sets if names else ()
+        return self.only(names).required_sets if names else ()
 
     @property
     def other_tasks(self) -> tuple[str, ...]:
@@ -157,7 +182,7 @@ def _request(spec: DatasetSpec, task: str, name: str) -> Request:
     except ValueError as error:
         raise SettingsError(f"task {task}: {error}", keys) from None
     parts = tuple(experiment.division.parts(settings))
-    return Request(experiment, spec.name, task, settings, parts)
+    return Request(experiment, spec.name, task, settings, parts, spec.tasks[task].augment)
 
 
 def _check(spec: DatasetSpec, task: str, experiment: ExperimentSpec, settings: Any) -> None:
@@ -172,6 +197,11 @@ def _check(spec: DatasetSpec, task: str, experiment: ExperimentSpec, settings: A
         raise ValueError(
             f"experiments.{experiment.name} has no folds of placements: use a task without "
             "`groups: placement_id`"
+        )
+    if spec.tasks[task].augment is not None and not experiment.augments:
+        raise ValueError(
+            f"experiments.{experiment.name} has no copies of recordings: use a task without "
+            "`augment`"
         )
     experiment.check(settings, kind, spec.features)
     for key in listing_keys(experiment.settings):
@@ -214,7 +244,7 @@ def _with_possible_parts(request: Request, specs: Mapping[str, DatasetSpec]) -> 
     parts = [
         part
         for part in request.parts
-        if not part.is_late or set(request.only([part.name]).other_sets) <= set(specs)
+        if not part.is_late or set(request.only([part.name]).required_sets) <= set(specs)
     ]
     return request.with_parts(parts)
 

@@ -37,6 +37,7 @@ class ExperimentSpec:
     of_embedding: bool = False
     vectors: bool = False  #: whether it measures targets of several columns
     by_placement: bool = False  #: whether its folds can hold out one placement of every class
+    augments: bool = False  #: whether its models are also trained on the copies of `augment`
     paper: str = ""
 
     @property

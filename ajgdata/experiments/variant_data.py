@@ -82,7 +82,10 @@ class VariantRecordings:
         """Return the inputs with the task that a variant evaluates."""
         if change.task in (None, self.inputs.task):
             return self.inputs
-        return replace(self.inputs, task_settings=self.inputs.other_tasks[str(change.task)])
+        settings = self.inputs.other_tasks[str(change.task)]
+        if settings.augment is not None:
+            raise NotPossibleError(f"variants have no copies of recordings: {change.task} has them")
+        return replace(self.inputs, task_settings=settings)
 
     def feature_s(self, variant: NamedVariant) -> float:
         """Return the median CPU time (s) of a feature of the data set; NaN for stored features."""

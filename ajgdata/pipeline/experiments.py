@@ -14,6 +14,7 @@ from ajgdata.experiments.requests import measurement_name
 from ajgdata.features.spectrum import differing_axes
 from ajgdata.models.device import device_facts
 from ajgdata.paths import Paths
+from ajgdata.pipeline.copies import copy_maker
 from ajgdata.pipeline.progress import tell
 from ajgdata.pipeline.recipes import grasp_simulator, renderer
 from ajgdata.pipeline.recordings import RecordingReader
@@ -65,7 +66,7 @@ def run_experiment(
     table = read_store(store)
     compared = {other: _comparable(store, table, paths.features(other)) for other in other_sets}
     read_audio = {dataset: audio}
-    if measured.spec.reads_recordings:
+    if measured.spec.reads_recordings or task_settings.augment:
         for name, other in compared.items():
             read_audio[name] = AudioSettings.model_validate(_settings(other)["audio"])
     inputs = Inputs(
@@ -80,6 +81,9 @@ def run_experiment(
         recordings=RecordingReader(paths, read_audio),
         render=renderer(paths, dataset) if rendered else None,
         grasps=grasp_simulator(paths, dataset) if rendered else None,
+        copy_maker=copy_maker(
+            task_settings.augment, table, paths, read_audio, features, dataset=dataset, seed=seed
+        ),
         other_tasks=other_tasks or {},
         latents=read_latents(encoders[0]) if encoders else None,
         training_cost=read_json(encoders[1]) if encoders else {},

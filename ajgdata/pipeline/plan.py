@@ -66,6 +66,7 @@ def plan(
         spec = read_dataset(paths, name)
         requests = list(all_requests(spec, paths.dataset(name)))
         others = {other for request in requests for other in request.first_sets}
+        others |= set(spec.noise_sets.values())  # also of tasks without models, for `train`
         virtual = tuple(session_names(spec.recipe))
         recorded = set(list_sessions(paths, name)) - dropped_sessions(paths, name, virtual)
         if check:
@@ -125,11 +126,13 @@ def check_packages(
 def config_problems(paths: Paths, spec: DatasetSpec) -> Iterator[tuple[str, str]]:
     """Yield the problems of a config, each with its fix.
 
-    They are test sets that do not exist or lack the target, and unknown published values.
+    They are test sets that do not exist or lack the target, noise that is not a data set or is
+    tested, and unknown published values.
     """
     known = list_datasets(paths)
     figures = parse_paper(read_paper(paths))
-    for name, other in other_sets(paths, spec):
+    tested = other_sets(paths, spec)
+    for name, other in tested:
         target = spec.tasks[name].target
         if other == spec.name or other not in known:
             problem = "the data set itself" if other == spec.name else "no such data set"
@@ -138,6 +141,13 @@ def config_problems(paths: Paths, spec: DatasetSpec) -> Iterator[tuple[str, str]
         elif read_dataset(paths, other).targets.get(target) != spec.targets[target]:
             problem = f"task {name}: needs {other!r}, which has no target {target!r} like this"
             yield problem, "declare it there, or drop it"
+    for name, noise_set in spec.noise_sets.items():
+        if noise_set not in known:
+            fix = f"use white, pink, or a data set declared here: {', '.join(known)}"
+            yield f"task {name}: augment.noise.source: no such data set {noise_set!r}", fix
+        elif noise_set == spec.name or (name, noise_set) in tested:
+            problem = f"task {name}: augment.noise.source {noise_set!r} is also tested"
+            yield problem, "use other recordings as noise"
     for name, task in spec.tasks.items():
         for figure in sorted(set(task.papers.values()) - set(figures)):
             yield (

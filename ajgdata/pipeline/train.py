@@ -25,20 +25,26 @@ from ajgdata.evaluate.novelty import NoveltyGuard
 from ajgdata.evaluate.splits import Folds
 from ajgdata.evaluate.task_data import (
     TaskData,
+    TrainingCopies,
     column_labels,
     grasp_names,
     target_values,
     training_data,
+    training_part,
 )
 from ajgdata.models import fit_named_model, search_result
 from ajgdata.models.device import device_facts
+from ajgdata.paths import Paths
+from ajgdata.pipeline.copies import RecordingCopies, copy_maker
 from ajgdata.store.features import FeatureRows, Latents, read_store, write_latents
 from ajgdata.store.files import json_bytes, read_json, write_bytes
 from ajgdata.store.models import ABOUT_FILE, write_about, write_estimator, write_guard
 from ajgdata.store.tables import plain
 from ajgdata.types import (
     MODELS,
+    AudioSettings,
     Embedding,
+    FeatureSettings,
     NotPossibleError,
     TrainingSettings,
 )
@@ -48,23 +54,39 @@ def train_final_model(
     store: Path,
     equal: Sequence[Path],
     *,
+    dataset: str,
     settings: TrainingSettings,
     task: str,
     model: str,
     seed: int,
+    audio: AudioSettings,
+    features: FeatureSettings,
+    paths: Paths,
     folder: Path,
 ) -> None:
     """Train a model of a task on the feature file `store`, and write it into `folder`.
 
-    `equal` has the folder of the same model of a task with equal settings, which is copied; without
-    such a task it is empty.
+    `audio` and `features` are settings of the data set. `equal` has the folder of the same model of
+    a task with equal settings, which is copied; without such a task it is empty.
     """
     if equal:
         copytree(equal[0], folder, dirs_exist_ok=True)
         write_about(folder, {**read_json(folder / ABOUT_FILE), "task": task})
         return
     table = read_store(store)
-    train_model(table, settings, task=task, model=model, seed=seed, folder=folder)
+    maker = copy_maker(
+        settings.augment, table, paths, {dataset: audio}, features, dataset=dataset, seed=seed
+    )
+    train_model(
+        table,
+        settings,
+        task=task,
+        model=model,
+        seed=seed,
+        folder=folder,
+        dataset=dataset,
+        maker=maker,
+    )
 
 
 def train_model(
@@ -75,8 +97,12 @@ def train_model(
     seed: int,
     folder: Path,
     task: str = "",
+    dataset: str = "",
+    maker: RecordingCopies | None = None,
 ) -> None:
     """Train `model` on all recordings of `table` that have the target, and write it into `folder`.
+
+    With a `maker`, it is also trained on the copies of these recordings of the data set `dataset`.
 
     This includes its calibration and the arrays that a predictor needs. If the model cannot be
     trained, only its description is written, with the reason. If it cannot be calibrated, the
@@ -97,7 +123,9 @@ def train_model(
         description["axes"] = list(settings.axes)
     try:
         data = training_data(table, settings)
-        description.update(_train(table, data, settings, model=model, seed=seed, folder=folder))
+        copies = None if maker is None else maker.copies(dataset, data.name.tolist())
+        facts = _train(table, data, copies, settings, model=model, seed=seed, folder=folder)
+        description.update(facts)
     except NotPossibleError as error:
         description["skipped"] = str(error)
     write_about(folder, plain(description))
@@ -106,6 +134,7 @@ def train_model(
 def _train(
     table: FeatureRows,
     data: TaskData,
+    copies: TrainingCopies | None,
     settings: TrainingSettings,
     *,
     model: str,
@@ -114,6 +143,7 @@ def _train(
 ) -> dict[str, Any]:
     """Train and calibrate a model, and write it and the arrays of its guard into `folder`.
 
+    The model is also trained on the `copies`. Calibration and guard use only the recordings.
     Returns facts for the description of the model. Raises NotPossibleError if it cannot be trained.
     """
     kind = settings.kind
@@ -121,9 +151,14 @@ def _train(
     options: dict[str, Any] = {"seed": seed, "period": settings.period_deg}
     grasp = grasp_names(table, data)
     objects = column_labels(table, data, "object")
+    trained = training_part(data, np.arange(len(data.name)), copies)
+    training_arrays = (trained.feature, trained.value, trained.group)
     with threadpool_limits(limits=1):
-        estimator, choice = search_result(fit_named_model(model, kind, *arrays, **options))
-        calibrated = calibration(*arrays, grasp, model=model, kind=kind, objects=objects, **options)
+        fitted = fit_named_model(model, kind, *training_arrays, **options)
+        estimator, choice = search_result(fitted)
+        calibrated = calibration(
+            *arrays, grasp, model=model, kind=kind, objects=objects, copies=copies, **options
+        )
     facts = {
         **json.loads(str(table.attrs["settings"])),  # audio and features
         "recordings": len(data.name),
@@ -133,8 +168,11 @@ def _train(
     }
     if choice:
         facts["tuning"] = choice
-    used = min(MODELS[model].most_recordings, len(data.name))
-    if used < len(data.name):
+    if settings.augment is not None:
+        facts["augment"] = settings.augment.model_dump(mode="json", exclude_unset=True)
+        facts["copies"] = len(trained.name) - len(data.name)
+    used = min(MODELS[model].most_recordings, len(trained.name))
+    if used < len(trained.name):
         facts["trained_on"] = used
     write_guard(folder, _guard_arrays(table, settings, data, grasp, objects))
     write_estimator(folder, estimator)

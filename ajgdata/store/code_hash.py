@@ -83,10 +83,13 @@ _TASK = (
     "evaluate/task_data.py",
     "store/feature_array.py",
     "store/features.py:read_store",
+    "types/augment.py",
     "types/settings.py",
     "types/task_settings.py",
     "types/tasks.py",
 )
+#: Recordings of a task -> features of their changed copies.
+_COPIES = (*_RECORDINGS, "features/augment.py", "pipeline/copies.py")
 _TABLES = ("store/tables.py", "types/formats.py:TABLES_FORMAT", "types/table.py")
 #: The job of an experiment; `experiments.registry.measuring_half` is added.
 _EXPERIMENT = (
@@ -98,6 +101,19 @@ _EXPERIMENT = (
     "pipeline/experiments.py:run_experiment",
     "store/features.py:read_latents",
     "store/metrics.py:COST",
+)
+#: Features -> final model.
+_TRAIN = (
+    *_TASK,
+    "evaluate/calibration.py",
+    "evaluate/in_use.py",
+    "evaluate/metrics.py",
+    "evaluate/novelty.py",
+    "evaluate/splits.py",
+    "pipeline/train.py:train_final_model",
+    "store/models.py",
+    "store/tables.py:plain",
+    "types/formats.py:MODEL_FORMAT",
 )
 #: Sources by type of job: files of the package, patterns, or `file:names` for definitions of a file
 #: with what they use there. A test compares them with the imports.
@@ -138,6 +154,7 @@ CODE: dict[str, tuple[str, ...]] = {
     ),
     "experiment": _EXPERIMENT,
     "experiment on recordings": (*_EXPERIMENT, *_RECORDINGS),
+    "experiment with copies": (*_EXPERIMENT, *_COPIES),
     "experiment on rendered sounds": (
         *_EXPERIMENT,
         *_RECORDINGS,
@@ -159,18 +176,8 @@ CODE: dict[str, tuple[str, ...]] = {
         "types/formats.py:LATENTS_FORMAT",
         "types/tasks.py:Embedding",
     ),
-    "train": (
-        *_TASK,
-        "evaluate/calibration.py",
-        "evaluate/in_use.py",
-        "evaluate/metrics.py",
-        "evaluate/novelty.py",
-        "evaluate/splits.py",
-        "pipeline/train.py:train_final_model",
-        "store/models.py",
-        "store/tables.py:plain",
-        "types/formats.py:MODEL_FORMAT",
-    ),
+    "train": _TRAIN,
+    "train with copies": (*_TRAIN, *_COPIES),
     "study": (
         *_GRIPPER,
         *_TABLES,

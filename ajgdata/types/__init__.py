@@ -4,6 +4,7 @@ No module of this package opens a file. All settings forbid unknown keys, so a m
 error. `describe` turns an error of pydantic into one line for the user.
 """
 
+from ajgdata.types.augment import Augment
 from ajgdata.types.base import Strict, checked, describe, location
 from ajgdata.types.dataset import (
     DatasetSpec,

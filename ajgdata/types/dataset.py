@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import StrEnum
 from itertools import takewhile
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
@@ -332,7 +332,12 @@ class DatasetSpec(Strict):
             placebo_objects=self.placebo,
         )
         # The results of a task contain only fields that are set.
-        return settings.model_copy(update={"axes": target.columns}) if target.columns else settings
+        added: dict[str, Any] = {}
+        if target.columns:
+            added["axes"] = target.columns
+        if declared.augment is not None:
+            added["augment"] = declared.augment
+        return settings.model_copy(update=added)
 
     @property
     def label_targets(self) -> dict[str, Target]:
@@ -342,6 +347,12 @@ class DatasetSpec(Strict):
         }
         own = {name: target for name, target in self.targets.items() if not target.columns}
         return {**axes, **own}
+
+    @property
+    def noise_sets(self) -> dict[str, str]:
+        """The data set whose recordings are the noise of a task, by the names of these tasks."""
+        augmented = {name: task.augment for name, task in self.tasks.items() if task.augment}
+        return {name: augment.noise_set for name, augment in augmented.items() if augment.noise_set}
 
     @property
     def kinds(self) -> dict[str, Kind]:

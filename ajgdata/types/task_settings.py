@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from ajgdata.types.augment import Augment
 from ajgdata.types.base import Strict
 from ajgdata.types.registry import Kind
 
@@ -24,6 +25,7 @@ class TrainingSettings(Strict):
     period_deg: float | None = None
     axes: tuple[str, ...] = ()  #: columns of a target that is a vector; empty for one column
     placebo_objects: tuple[str, ...] = ()  #: `placebo` of the data set: no model is trained on them
+    augment: Augment | None = None
 
 
 class TaskSettings(TrainingSettings):

@@ -6,6 +6,7 @@ from typing import Annotated, Any
 
 from pydantic import Field, JsonValue, model_validator
 
+from ajgdata.types.augment import Augment
 from ajgdata.types.base import Distinct, Strict
 from ajgdata.types.names import ModelName, Name
 
@@ -72,6 +73,11 @@ class Task(CrossValidationSettings):
         gt=0,
         description="period of an angle in degrees, e.g. 180 for a bar; models learn its sine and "
         "cosine, and an error is the shortest way round",
+    )
+    augment: Augment | None = Field(
+        None,
+        description="changed copies of the recordings that models are also trained on, e.g. with "
+        "noise; the models of cross-validation and the final models; null: none",
     )
     experiments: dict[Name, dict[str, JsonValue]] = Field(
         {}, description="settings of additional experiments, by name of the experiment"

@@ -83,20 +83,29 @@ TEXTS_AND_TYPES = {
 }
 #: Definitions that jobs of a type import, but that do not decide their results.
 NOT_USED = {
-    # only experiments on recordings, or on rendered sounds, call these
+    # only experiments on recordings, with copies, or on rendered sounds, call these
     "experiment": {
+        "pipeline/copies.py:copy_maker",
         "pipeline/recipes.py:grasp_simulator",
         "pipeline/recipes.py:renderer",
         "pipeline/recordings.py:RecordingReader",
     },
     "experiment on recordings": {
+        "pipeline/copies.py:copy_maker",
         "pipeline/recipes.py:grasp_simulator",
         "pipeline/recipes.py:renderer",
     },
+    "experiment with copies": {
+        "pipeline/recipes.py:grasp_simulator",
+        "pipeline/recipes.py:renderer",
+    },
+    "experiment on rendered sounds": {"pipeline/copies.py:copy_maker"},
+    "train": {"pipeline/copies.py:RecordingCopies", "pipeline/copies.py:copy_maker"},
     # the experiments and the data sets are those of the finished measurements
     "collect": {
         "experiments/registry.py:EXPERIMENTS",
         "experiments/spec.py:ExperimentSpec",
+        "types/augment.py:Augment",
         "types/registry.py:model_label",
     },
     # its recipes and hypotheses are parameters; savings are a line on the console

@@ -4,9 +4,11 @@ import json
 
 import numpy as np
 import pytest
+from worlds import AUDIO, FEATURES
 
 from ajgdata.loading import read_model
 from ajgdata.models import fit_model, make_model, search_result
+from ajgdata.paths import Paths
 from ajgdata.pipeline.train import train_final_model, train_model
 from ajgdata.store.feature_array import frequency_axis
 from ajgdata.store.features import FeatureColumn, FeatureRows, read_store, text_column, write_store
@@ -132,7 +134,15 @@ def test_a_model_of_some_classes_knows_no_others(store):
 def test_a_model_with_equal_settings_is_copied_with_the_name_of_its_own_task(store, monkeypatch):
     settings = settings_of("edge_mm")
     folders = {task: store.parent / task for task in ("a", "b")}
-    options = {"settings": settings, "model": "linear_plain", "seed": 3}
+    options = {
+        "settings": settings,
+        "model": "linear_plain",
+        "seed": 3,
+        "dataset": "d",
+        "audio": AUDIO,
+        "features": FEATURES,
+        "paths": Paths(store.parent),
+    }
     train_final_model(store, [], task="a", folder=folders["a"], **options)
     monkeypatch.delattr("ajgdata.pipeline.train.train_model")
     train_final_model(store, [folders["a"]], task="b", folder=folders["b"], **options)

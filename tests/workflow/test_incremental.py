@@ -8,7 +8,15 @@ import time
 import numpy as np
 import pytest
 import yaml
-from conftest import DECLARATION, EMBEDDING, Project, add_recording, copy_workflow, edit_table
+from conftest import (
+    DECLARATION,
+    EMBEDDING,
+    Project,
+    add_recording,
+    copy_workflow,
+    edit_table,
+    rules_of,
+)
 from recorded import write_noisy_tone
 
 import ajgdata
@@ -16,7 +24,10 @@ from ajgdata.paths import RECORDINGS_FILE, Paths
 from ajgdata.pipeline.studies import REQUESTED_STUDIES, STUDIES
 from ajgdata.store import code_hash
 from ajgdata.store.features import read_store
+from ajgdata.store.models import read_about
+from ajgdata.store.sessions import write_session
 from ajgdata.store.tables import read_measurements
+from ajgdata.types import Recording, Session
 
 #: What follows from a changed store.
 PITCH = DECLARATION["tasks"]["pitch"]
@@ -54,6 +65,28 @@ def test_tasks_with_equal_settings_share_a_training(project):
         ("train", "tones", "first", "knn"): 1,
         ("train", "tones", "pitch", "knn"): 1,
     }
+
+
+def test_copies_with_noise_redo_the_task_and_need_the_data_set_of_the_noise(project):
+    noise = project.paths.dataset("hum")
+    noise.parent.mkdir()
+    noise.write_text(yaml.safe_dump({"name": "hum"}))
+    folder = project.paths.session("hum", "s1")
+    write_noisy_tone(folder / "audio/0.wav", 700, seed=99)
+    recording = Recording(recording_id="0", file="audio/0.wav", grasp_id="0")
+    write_session(folder, Session(session_id="s1", source="import"), [recording])
+    model = str(Paths().model("tones", "pitch", "knn"))
+    augment = {"copies": 2, "noise": {"source": "hum", "snr_db": [0, 20]}}
+    redeclare(project, tasks={"pitch": PITCH | {"augment": augment}})
+    jobs = project.jobs_of(*END, model)
+    assert jobs["features", "hum"] == 1 and ("features", "tones") not in jobs
+    assert rules_of(jobs) == TASKS | {"features": 1, "train": 1}
+    project.snakemake(*END, model)
+    assert project.planned(*END, model) == {}
+    assert read_about(project.root / model)["copies"] == 32  # two of each of 16 recordings
+    augment["noise"]["snr_db"] = [0, 10]
+    redeclare(project, tasks={"pitch": PITCH | {"augment": augment}})
+    assert project.planned(*END, model) == TASKS | {"train": 1}
 
 
 def remove_recording(project):

@@ -99,6 +99,18 @@ def training_settings(wildcards):
     return SPECS[wildcards.dataset].training(wildcards.task).model_dump(mode="json")
 
 
+def noise_sets(wildcards):
+    """Return the data set whose recordings are the noise of a task's copies; none if none are."""
+    noise_set = SPECS[wildcards.dataset].noise_sets.get(wildcards.task)
+    return [noise_set] if noise_set else []
+
+
+def training_code(wildcards):
+    """Return the hash of the code of a final model, which depends on copies of recordings."""
+    augment = SPECS[wildcards.dataset].tasks[wildcards.task].augment
+    return code_hash("train with copies" if augment else "train")
+
+
 def equal_model(wildcards):
     """Return the same final model of an earlier task with equal settings; none if there is none.
 
@@ -138,8 +150,8 @@ def embedding_settings(wildcards):
 
 def experiment_code(wildcards):
     """Return the hash of the code of an experiment."""
-    experiment = requested(wildcards).experiment
-    return code_hash(experiment.job_type, *measuring_half(experiment.name))
+    request = requested(wildcards)
+    return code_hash(request.job_type, *measuring_half(request.experiment.name))
 
 
 def report_code(wildcards):

@@ -4,10 +4,10 @@ rule experiment:
         store=PATHS.features("{dataset}"),
         hashes=PATHS.session_hashes("{dataset}"),
         other_sets=lambda wildcards: [
-            PATHS.features(other) for other in requested(wildcards).other_sets
+            PATHS.features(other) for other in requested(wildcards).required_sets
         ],
         other_hashes=lambda wildcards: [
-            PATHS.session_hashes(other) for other in requested(wildcards).other_sets
+            PATHS.session_hashes(other) for other in requested(wildcards).required_sets
         ],
         encoders=encoder_files,
     output:
@@ -36,7 +36,7 @@ rule experiment:
         device=config["device"],
         # These two only decide whether the job is outdated.
         data=lambda wildcards: features_of(
-            wildcards.dataset, *requested(wildcards).other_sets
+            wildcards.dataset, *requested(wildcards).required_sets
         ),
         code=experiment_code,
     message:

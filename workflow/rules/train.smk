@@ -4,6 +4,7 @@ rule train:
         store=PATHS.features("{dataset}"),
         hashes=PATHS.session_hashes("{dataset}"),
         equal=equal_model,
+        noise=lambda wildcards: [PATHS.features(name) for name in noise_sets(wildcards)],
     output:
         folder=directory(PATHS.model("{dataset}", "{task}", "{model}")),
     log:
@@ -14,10 +15,12 @@ rule train:
     params:
         function="train:train_final_model",
         settings=training_settings,
+        audio=setting("audio"),
+        features=setting("features"),
         seed=config["seed"],
         device=config["device"],
-        data=own_features,
-        code=lambda wildcards: code_hash("train"),
+        data=lambda wildcards: features_of(wildcards.dataset, *noise_sets(wildcards)),
+        code=training_code,
     message:
         "Training {wildcards.model} for {wildcards.task} of {wildcards.dataset}"
     script:

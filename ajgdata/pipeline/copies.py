@@ -1,0 +1,120 @@
+"""Changed copies of recordings for training: their samples, their noise and their features."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ajgdata.evaluate.task_data import TrainingCopies
+from ajgdata.features.augment import changed_copy, mean_power
+from ajgdata.features.spectrum import spectrum
+from ajgdata.paths import Paths
+from ajgdata.pipeline.recordings import RecordingReader
+from ajgdata.store.features import FeatureRows, read_store
+from ajgdata.types import AudioSettings, DataError, FeatureSettings, NotPossibleError, many
+from ajgdata.types.augment import Augment
+
+#: Number of segments of noise that are drawn before an error, if each one is silent.
+MAX_SILENT = 100
+
+
+def copy_maker(
+    augment: Augment | None,
+    table: FeatureRows,
+    paths: Paths,
+    audio: Mapping[str, AudioSettings],
+    features: FeatureSettings,
+    *,
+    dataset: str,
+    seed: int,
+) -> RecordingCopies | None:
+    """Return the copies of a task with `augment`; None without this setting.
+
+    `table` are the features of the data set `dataset`, whose task it is. `audio` has the settings
+    of the data sets whose recordings are copied; they have one sample rate. Recordings of the noise
+    are resampled to this rate. Raises DataError if they are also recordings of `dataset`.
+    """
+    if augment is None:
+        return None
+    rate_hz = audio[dataset].sample_rate_hz
+    read_audio = dict(audio)
+    noise_names: tuple[str, ...] = ()
+    if augment.noise_set:
+        file = paths.features(augment.noise_set)
+        noise = read_store(file)
+        files = set(noise.columns["sha256"].values) & set(table.columns["sha256"].values)
+        if files:
+            problem = (
+                f"has {many(len(files), 'recording')} of {dataset}, which models are tested on"
+            )
+            raise DataError(file, problem, "use other recordings as noise")
+        noise_names = tuple(noise.columns["recording"].values.tolist())
+        settings = json.loads(str(noise.attrs["settings"]))["audio"]
+        same_rate = {"sample_rate_hz": rate_hz, "other_rate": "resample"}
+        read_audio[augment.noise_set] = AudioSettings.model_validate(settings | same_rate)
+    reader = RecordingReader(paths, read_audio)
+    return RecordingCopies(augment, reader, rate_hz, features, noise_names, seed)
+
+
+@dataclass(frozen=True, eq=False)
+class RecordingCopies:
+    """Changed copies of recordings by the settings of a task. Each copy is computed once.
+
+    `noise_names` are the recordings of the data set whose recordings are the noise, if any.
+    """
+
+    settings: Augment
+    recordings: RecordingReader
+    sample_rate_hz: int
+    features: FeatureSettings
+    noise_names: Sequence[str]
+    seed: int
+    #: Features (copies, f) of the copies, by data set and name of the recording.
+    _computed: dict[tuple[str, str], np.ndarray] = field(default_factory=dict)
+
+    def copies(self, dataset: str, names: Sequence[str]) -> TrainingCopies:
+        """Return the copies of recordings of a data set; `names` (n,) are those of the rows.
+
+        The copies of a recording do not depend on the other recordings. Raises NotPossibleError for
+        a recording that cannot be used, and for noise that is silent.
+        """
+        new = [name for name in names if (dataset, name) not in self._computed]
+        sounds = self.recordings.samples(dataset, new, self.features.window)
+        for name, samples in zip(new, sounds, strict=True):
+            self._computed[dataset, name] = np.array(
+                [self._feature(samples, dataset, name, at) for at in range(self.settings.copies)]
+            )
+        rows = np.repeat(np.arange(len(names)), self.settings.copies)
+        return TrainingCopies(rows, np.concatenate([self._computed[dataset, n] for n in names]))
+
+    def _feature(self, samples: np.ndarray, dataset: str, name: str, number: int) -> np.ndarray:
+        """Return the feature (f,) of one copy of a recording with samples (n,)."""
+        digest = hashlib.sha256(f"{dataset}/{name}".encode()).digest()
+        generator = np.random.default_rng([self.seed, int.from_bytes(digest[:8], "big"), number])
+        noise = self._recorded_noise if self.settings.noise_set else None
+        copy = changed_copy(samples, self.sample_rate_hz, self.settings, generator, noise)
+        return spectrum(copy, self.sample_rate_hz, self.features)
+
+    def _recorded_noise(self, generator: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
+        """Return a random segment (n,) of a random recording of the noise, for a `shape` (n,).
+
+        A shorter recording is repeated. A silent segment is drawn again.
+        """
+        (length,) = shape
+        noise_set = self.settings.noise_set
+        if not self.noise_names:
+            raise NotPossibleError(f"augment.noise: {noise_set} has no usable recording")
+        for _ in range(MAX_SILENT):
+            name = self.noise_names[int(generator.integers(len(self.noise_names)))]
+            (recorded,) = self.recordings.samples(noise_set, [name], window=1)
+            repeats = -(-length // len(recorded))
+            noise = np.tile(recorded.astype(np.float64), repeats)
+            start = generator.integers(len(noise) - length + 1)
+            segment = noise[start : start + length]
+            if mean_power(segment):
+                return segment
+        raise NotPossibleError(f"augment.noise: {MAX_SILENT} segments of {noise_set} are silent")
