@@ -62,7 +62,7 @@ class TrainingCopies(NamedTuple):
 def training_part(
     data: TaskData, rows: np.ndarray, copies: TrainingCopies | None = None
 ) -> TaskData:
-    """Return the recordings with row numbers `rows`, and after them the copies of these recordings.
+    """Return the recordings with row numbers `rows`, and after them their copies.
 
     A copy has the value, the group and the name of its recording.
 

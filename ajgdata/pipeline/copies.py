@@ -15,7 +15,7 @@ from ajgdata.features.spectrum import spectrum
 from ajgdata.paths import Paths
 from ajgdata.pipeline.recordings import RecordingReader
 from ajgdata.store.features import FeatureRows, read_store
-from ajgdata.types import AudioSettings, DataError, FeatureSettings, NotPossibleError, many
+from ajgdata.types import AudioSettings, DataError, FeatureSettings, NotPossibleError
 from ajgdata.types.augment import Augment
 
 #: Number of segments of noise that are drawn before an error, if each one is silent.
@@ -46,11 +46,9 @@ def copy_maker(
     if augment.noise_set:
         file = paths.features(augment.noise_set)
         noise = read_store(file)
-        files = set(noise.columns["sha256"].values) & set(table.columns["sha256"].values)
-        if files:
-            problem = (
-                f"has {many(len(files), 'recording')} of {dataset}, which models are tested on"
-            )
+        tested = set(table.columns["sha256"].values) - {""}
+        if not tested.isdisjoint(noise.columns["sha256"].values):
+            problem = f"has recordings of {dataset}, which models are tested on"
             raise DataError(file, problem, "use other recordings as noise")
         noise_names = tuple(noise.columns["recording"].values.tolist())
         settings = json.loads(str(noise.attrs["settings"]))["audio"]

@@ -102,7 +102,7 @@ def train_model(
 ) -> None:
     """Train `model` on all recordings of `table` that have the target, and write it into `folder`.
 
-    With a `maker`, it is also trained on the copies of these recordings of the data set `dataset`.
+    With a `maker`, it is also trained on their copies; `dataset` is the data set of `table`.
 
     This includes its calibration and the arrays that a predictor needs. If the model cannot be
     trained, only its description is written, with the reason. If it cannot be calibrated, the

@@ -350,7 +350,7 @@ class DatasetSpec(Strict):
 
     @property
     def noise_sets(self) -> dict[str, str]:
-        """The data set whose recordings are the noise of a task, by the names of these tasks."""
+        """The data set whose recordings are the noise of a task, by the name of the task."""
         augmented = {name: task.augment for name, task in self.tasks.items() if task.augment}
         return {name: augment.noise_set for name, augment in augmented.items() if augment.noise_set}
 

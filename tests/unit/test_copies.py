@@ -1,5 +1,8 @@
 """`augment` of a task: copies of recordings on disk, in cross-validation and in final models."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 import yaml
@@ -185,7 +188,7 @@ def test_noise_with_recordings_of_the_data_set_is_refused(planted_project):
     declare(planted_project, "same")
     record(planted_project, "same", planted(seed=1, noise=1e-4)[:3])
     noise = AddedNoise(source="same", snr_db=(0, 0))
-    with pytest.raises(DataError, match="has 3 recordings of quiet, which models are tested on"):
+    with pytest.raises(DataError, match="has recordings of quiet, which models are tested on"):
         maker(planted_project, Augment(noise=noise))
 
 
@@ -238,6 +241,19 @@ def problem_of(paths: Paths, **keys: object) -> str:
     with pytest.raises(DataError) as error:
         plan(paths, ["quiet"], check=True)
     return str(error.value)
+
+
+def test_the_example_of_the_page_is_a_task_of_a_data_set(paths):
+    page = Path(__file__).resolve().parents[2] / "docs/augmentation.md"
+    (example,) = re.findall(r"```yaml\n(.*?)```", page.read_text(encoding="utf-8"), flags=re.S)
+    declare(
+        paths, "mine", **yaml.safe_load(example), targets={"object": {"kind": "classification"}}
+    )
+    augment = read_dataset(paths, "mine").training("object").augment
+    assert augment.text == (
+        "2 copies of each recording with a shift of -5 to 5 ms, white noise at 0 to 20 dB below "
+        "the recording, a gain of -6 to 6 dB"
+    )
 
 
 def test_wrong_noise_is_one_line_with_the_task(planted_project):
