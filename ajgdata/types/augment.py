@@ -79,7 +79,7 @@ class Augment(Strict):
 
     @property
     def noise_set(self) -> str:
-        """Return the data set whose recordings are the noise; "" if there is none."""
+        """Return the data set whose recordings are the noise, or "" for other noise."""
         if self.noise is None or self.noise.source in COMPUTED_NOISE:
             return ""
         return self.noise.source
