@@ -11,11 +11,11 @@ import numpy as np
 
 from ajgdata.evaluate.task_data import TrainingCopies
 from ajgdata.features.augment import changed_copy, mean_power
-from ajgdata.features.spectrum import spectrum
+from ajgdata.features.compute import FeatureComputer
 from ajgdata.paths import Paths
 from ajgdata.pipeline.recordings import RecordingReader
 from ajgdata.store.features import FeatureRows, read_store
-from ajgdata.types import AudioSettings, DataError, FeatureSettings, NotPossibleError
+from ajgdata.types import AudioSettings, DataError, FeatureKind, NotPossibleError
 from ajgdata.types.augment import Augment
 
 #: Number of segments of noise that are drawn before an error, if each one is silent.
@@ -27,7 +27,7 @@ def copy_maker(
     table: FeatureRows,
     paths: Paths,
     audio: Mapping[str, AudioSettings],
-    features: FeatureSettings,
+    features: FeatureKind,
     *,
     dataset: str,
     seed: int,
@@ -36,11 +36,12 @@ def copy_maker(
 
     `table` are the features of the data set `dataset`, whose task it is. `audio` has the settings
     of the data sets whose recordings are copied; they have one sample rate. Recordings of the noise
-    are resampled to this rate. Raises DataError if they are also recordings of `dataset`.
+    are resampled to this rate. Raises DataError if they are also recordings of `dataset`, and for
+    features that need the played sound.
     """
     if augment is None:
         return None
-    rate_hz = audio[dataset].sample_rate_hz
+    own = audio[dataset]
     read_audio = dict(audio)
     noise_names: tuple[str, ...] = ()
     if augment.noise_set:
@@ -52,10 +53,14 @@ def copy_maker(
             raise DataError(file, problem, "use other recordings as noise")
         noise_names = tuple(noise.columns["recording"].values.tolist())
         settings = json.loads(str(noise.attrs["settings"]))["audio"]
-        same_rate = {"sample_rate_hz": rate_hz, "other_rate": "resample"}
+        same_rate = {"sample_rate_hz": own.sample_rate_hz, "other_rate": "resample"}
         read_audio[augment.noise_set] = AudioSettings.model_validate(settings | same_rate)
     reader = RecordingReader(paths, read_audio)
-    return RecordingCopies(augment, reader, rate_hz, features, noise_names, seed)
+    compute = FeatureComputer(own, features, paths.dataset(dataset).parent)
+    if features.needs_played:
+        problem = f"features of the kind {features.kind} need the played sound"
+        raise DataError(f"task with augment of {dataset}", problem, "use another kind of feature")
+    return RecordingCopies(augment, reader, compute, noise_names, seed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,8 +72,7 @@ class RecordingCopies:
 
     settings: Augment
     recordings: RecordingReader
-    sample_rate_hz: int
-    features: FeatureSettings
+    compute: FeatureComputer
     noise_names: Sequence[str]
     seed: int
     #: Features (copies, f) of the copies, by data set and name of the recording.
@@ -81,7 +85,7 @@ class RecordingCopies:
         a recording that cannot be used, and for noise that is silent.
         """
         new = [name for name in names if (dataset, name) not in self._computed]
-        sounds = self.recordings.samples(dataset, new, self.features.window)
+        sounds = self.recordings.samples(dataset, new, self.compute.least_samples)
         for name, samples in zip(new, sounds, strict=True):
             self._computed[dataset, name] = np.array(
                 [self._feature(samples, dataset, name, at) for at in range(self.settings.copies)]
@@ -90,29 +94,35 @@ class RecordingCopies:
         return TrainingCopies(rows, np.concatenate([self._computed[dataset, n] for n in names]))
 
     def _feature(self, samples: np.ndarray, dataset: str, name: str, number: int) -> np.ndarray:
-        """Return the feature (f,) of one copy of a recording with samples (n,)."""
+        """Return the feature (f,) of one copy of a recording with samples (n,) or (channels, n)."""
         digest = hashlib.sha256(f"{dataset}/{name}".encode()).digest()
         generator = np.random.default_rng([self.seed, int.from_bytes(digest[:8], "big"), number])
         noise = self._recorded_noise if self.settings.noise_set else None
-        copy = changed_copy(samples, self.sample_rate_hz, self.settings, generator, noise)
-        return spectrum(copy, self.sample_rate_hz, self.features)
+        rate_hz = self.compute.audio.sample_rate_hz
+        copy = changed_copy(samples, rate_hz, self.settings, generator, noise)
+        try:
+            return self.compute(copy.astype(np.float32)).values.ravel()
+        except ValueError as error:
+            raise NotPossibleError(f"augment: a copy of recording {name!r}: {error}") from None
 
     def _recorded_noise(self, generator: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
-        """Return a random segment (n,) of a random recording of the noise, for a `shape` (n,).
+        """Return a random segment of a random recording of the noise, of a `shape` (..., n).
 
-        A shorter recording is repeated. A silent segment is drawn again.
+        All channels have the same noise, that of the first microphone. A shorter recording is
+        repeated. A silent segment is drawn again.
         """
-        (length,) = shape
+        length = shape[-1]
         noise_set = self.settings.noise_set
         if not self.noise_names:
             raise NotPossibleError(f"augment.noise: {noise_set} has no usable recording")
         for _ in range(MAX_SILENT):
             name = self.noise_names[int(generator.integers(len(self.noise_names)))]
-            (recorded,) = self.recordings.samples(noise_set, [name], window=1)
-            repeats = -(-length // len(recorded))
-            noise = np.tile(recorded.astype(np.float64), repeats)
+            (recorded,) = self.recordings.samples(noise_set, [name], least_samples=1)
+            first = np.atleast_2d(recorded)[0].astype(np.float64)
+            repeats = -(-length // len(first))
+            noise = np.tile(first, repeats)
             start = generator.integers(len(noise) - length + 1)
             segment = noise[start : start + length]
             if mean_power(segment):
-                return segment
+                return np.broadcast_to(segment, shape)
         raise NotPossibleError(f"augment.noise: {MAX_SILENT} segments of {noise_set} are silent")

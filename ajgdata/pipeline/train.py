@@ -42,9 +42,9 @@ from ajgdata.store.models import ABOUT_FILE, write_about, write_estimator, write
 from ajgdata.store.tables import plain
 from ajgdata.types import (
     MODELS,
+    AnyFeature,
     AudioSettings,
     Embedding,
-    FeatureSettings,
     NotPossibleError,
     TrainingSettings,
 )
@@ -60,7 +60,7 @@ def train_final_model(
     model: str,
     seed: int,
     audio: AudioSettings,
-    features: FeatureSettings,
+    features: AnyFeature,
     paths: Paths,
     folder: Path,
 ) -> None:
