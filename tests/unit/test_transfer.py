@@ -27,6 +27,7 @@ from ajgdata.evaluate.transfer import (
 from ajgdata.experiments.registry import load_experiment
 from ajgdata.experiments.settings import TransferSettings
 from ajgdata.experiments.transfer import adaptation_text, chance_verdict, gains
+from ajgdata.store.feature_array import frequency_axis
 from ajgdata.store.features import FeatureRows, text_column
 from ajgdata.types import NotPossibleError
 
@@ -369,7 +370,9 @@ def store_of_fingers(change, **options) -> FeatureRows:
         "session_id": text_column([f"s {name}" for name in finger]),
         "finger": text_column(finger.tolist()),
     }
-    return FeatureRows(data.feature, np.arange(float(BINS)), columns, small_store().attrs)
+    return FeatureRows(
+        data.feature, (frequency_axis(np.arange(float(BINS))),), columns, small_store().attrs
+    )
 
 
 SETTINGS = {"leave_out": "finger", "groups": [2], "align": [0, 4], "repeats": 2}
@@ -456,7 +459,7 @@ def test_the_placebo_of_the_data_set_is_measured_with_the_same_groups():
         "object": text_column(np.where(names == "d", placebo, names).tolist()),
     }
     inputs = small_inputs(
-        store=FeatureRows(store.feature, store.frequency_hz, columns, store.attrs),
+        store=FeatureRows(store.feature, store.axes, columns, store.attrs),
         placebo_objects=("p1", "p2"),
     )
     outcome = measured("transfer", inputs, "linear_plain", leave_out="finger")
