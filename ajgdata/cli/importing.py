@@ -53,10 +53,7 @@ TargetOption = Annotated[
 ]
 SegmentsOption = Annotated[
     Literal["track", "table"] | None,
-    typer.Option(
-        help="files with many sounds: track (labels of Audacity, NAME.txt next to NAME.wav), or "
-        "table (its columns start and end in s)"
-    ),
+    typer.Option(help="files with many sounds: labels of Audacity (track) or table"),
 ]
 OnChangeOption = Annotated[
     OnChange, typer.Option(help="differences to take from the folder in a second import")

@@ -97,7 +97,7 @@ class Plot:
         return BoundPlot(self, results)
 
 
-class Axis(NamedTuple):
+class PlotAxis(NamedTuple):
     """Title and unit of an axis; both are empty if there is no axis."""
 
     title: str
@@ -131,22 +131,22 @@ class BoundPlot:
         return {column.key: column for column in self.table.columns}
 
     @property
-    def axis(self) -> Axis:
+    def axis(self) -> PlotAxis:
         """Title and unit of the values."""
         if self.plot.metric:
-            return Axis(self.results.metric_title, self.results.shown_unit)
+            return PlotAxis(self.results.metric_title, self.results.shown_unit)
         return self._axis_of(self.plot.value)
 
     @property
-    def place(self) -> Axis:
+    def place(self) -> PlotAxis:
         """Title and unit of the x axis."""
         return self._axis_of(self.plot.x)
 
-    def _axis_of(self, key: str) -> Axis:
+    def _axis_of(self, key: str) -> PlotAxis:
         column = self.columns.get(key)
         if column is None:
-            return Axis("")
-        return Axis(_lowered(column.title), "%" if key in self.plot.percent else column.unit)
+            return PlotAxis("")
+        return PlotAxis(_lowered(column.title), "%" if key in self.plot.percent else column.unit)
 
     @property
     def scale(self) -> float:
@@ -367,7 +367,7 @@ class BoundPlot:
 
         axis = self.axis
         if self.plot.mark == "matrix":  # its columns are the series, its cells have no axis
-            axis = Axis(_lowered(self.columns[self.plot.series[0]].title))
+            axis = PlotAxis(_lowered(self.columns[self.plot.series[0]].title))
         return FigureContent(
             title=self.conclusion,
             subtitle=f"{self.results.title}: {self.plot.about}",

@@ -284,7 +284,7 @@ def _check_recordable(path: Path, audio: AudioSettings) -> None:
     """Raise DataError if a data set declares another channel than that of a sound card."""
     if audio.microphone not in (None, 1):
         written = microphone_text(audio.microphone)
-        problem = f"audio.microphone is {written}, and a sound card writes one channel"
+        problem = f"its files have {written}, and a sound card writes one channel"
         fix = "record into another data set; `ajgdata record --microphone` chooses the input"
         raise DataError(path, problem, fix)
 

@@ -479,7 +479,7 @@ def test_other_features_need_a_new_version(mine, paths, ajgdata, build):
     build()
     stopped = ajgdata("publish", "mine")
     assert stopped.code == 1
-    assert "frequencies of the spectra" in stopped.text
+    assert "dimensions of the features" in stopped.text
 
 
 def test_a_session_that_is_described_differently_needs_a_new_version(mine, paths, ajgdata, build):

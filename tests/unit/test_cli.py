@@ -109,6 +109,6 @@ def test_doctor_lists_versions_and_the_project(project):
     facts = diagnostics(project.paths)
     assert facts["python"].startswith(".".join(map(str, sys.version_info[:3])))
     assert re.search(r"numpy \d+\.\d+", facts["packages"])
-    assert facts["extras"].startswith("workflow, cnn, simulate")
+    assert facts["extras"].startswith("workflow, cnn, audio, simulate")
     assert facts["project"] == str(project.root)
     assert diagnostics(None)["project"] == "none here or above"
