@@ -85,8 +85,9 @@ def load_recordings(name: str, project: Project = None) -> xr.Dataset:
     """Return the recordings of the data set `name` as one array; each file is read when used.
 
     Returns an xarray.Dataset with `waveform` (recording, time), float32, full scale ±1, NaN after
-    the end of a shorter recording; `time` is in seconds. Coordinates along `recording` are the
-    labels (as in `load_features`), `frames` (samples of each recording) and `file`. A file with
+    the end of a shorter recording; `time` is in seconds. If `audio.microphone` lists several
+    microphones, the dimensions are (recording, channel, time). Coordinates along `recording` are
+    the labels (as in `load_features`), `frames` (samples of each recording) and `file`. A file with
     another rate, or with several channels, is converted if dataset.yaml permits it
     (`audio.other_rate`, `audio.microphone`). No features are needed.
 
@@ -232,7 +233,9 @@ def load_predictor(name: str, task: str, model: str = "cnn", project: Project = 
     >>> prediction.unit, prediction.novelty <= 1
     ('mm', True)
     """
-    return read_predictor(_model_folder(find_project(project), name, task, model), name, task)
+    paths = find_project(project)
+    folder = _model_folder(paths, name, task, model)
+    return read_predictor(folder, name, task, paths.dataset(name).parent)
 
 
 def _model_folder(paths: Paths, name: str, task: str, model: str) -> Path:
@@ -253,10 +256,13 @@ def _model_folder(paths: Paths, name: str, task: str, model: str) -> Path:
     raise DataError(folder, "this model has not been trained", fix)
 
 
-def read_predictor(folder: Path, dataset: str, task: str) -> Predictor:
+def read_predictor(
+    folder: Path, dataset: str, task: str, dataset_folder: Path = Path()
+) -> Predictor:
     """Return the predictor of the trained model in `folder`.
 
-    `dataset` and `task` are the names that its predictions state. Raises DataError if there is no
+    `dataset` and `task` are the names that its predictions state, and `dataset_folder` is that of
+    dataset.yaml. Raises DataError if there is no
     trained model, or if another version of ajgdata wrote it.
     """
     from ajgdata.evaluate.in_use import Calibration
@@ -279,6 +285,7 @@ def read_predictor(folder: Path, dataset: str, task: str) -> Predictor:
             audio=AudioSettings.model_validate(about["audio"]),
             features=feature_settings(about["features"]),
             calibration=calibration,
+            folder=dataset_folder,
             guard=NoveltyGuard(
                 **arrays,
                 threshold=calibration.novelty_threshold,

@@ -10,7 +10,7 @@ from ajgdata.paths import Paths
 from ajgdata.pipeline.experiments import run_experiment
 from ajgdata.pipeline.feature_file import build_feature_file
 from ajgdata.store.audio import write_pcm24
-from ajgdata.store.code_hash import code_hash
+from ajgdata.store.code_hash import features_code
 from ajgdata.store.sessions import list_sessions, read_dataset, write_session
 from ajgdata.types import Recording, Session
 
@@ -51,7 +51,7 @@ def make_features(paths: Paths, dataset: str) -> tuple[int, int]:
         audio=spec.audio,
         features=spec.features,
         targets=spec.label_targets,
-        code=code_hash("features"),
+        code=features_code(spec.features),
         store=paths.features(dataset),
         quarantine=paths.quarantine(dataset),
         hashes=paths.session_hashes(dataset),

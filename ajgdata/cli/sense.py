@@ -185,7 +185,10 @@ def _sense(
                 say(f"[dim]{played.waiting_text}[/dim]")
             start = time.perf_counter()
             capture = opened_card.take(played)
-            prediction = predictor.predict(capture.samples, predictor.sample_rate_hz)
+            played_samples = None if isinstance(played, PassiveRecording) else played
+            prediction = predictor.predict(
+                capture.samples, predictor.sample_rate_hz, played_samples
+            )
             seconds = time.perf_counter() - start
             if as_json:
                 print_json(

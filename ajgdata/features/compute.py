@@ -53,6 +53,7 @@ class FeatureComputer:
         self.audio = audio
         self._settings = features.in_folder(folder)
         self.least_samples = features.least_samples(audio.sample_rate_hz)
+        self.needs_played = features.needs_played
         self.reaching_hz = features.reaching_hz(audio.sample_rate_hz)
 
     @cached_property
@@ -69,9 +70,10 @@ class FeatureComputer:
         settings is missing.
         """
         shape = (len(self.audio.microphones), self.least_samples)
-        noise = np.random.default_rng(0).uniform(-1, 1, shape).astype(np.float32)
+        noise = np.random.default_rng(0).uniform(-1, 1, self.least_samples)
+        samples = np.broadcast_to(noise, shape).astype(np.float32)
         try:
-            return self._computed(noise, noise[0]).axes
+            return self._computed(samples, samples[0]).axes
         except ValueError as error:
             where = f"features.kind {self._settings.kind}"
             raise DataError(where, str(error), "change features in dataset.yaml") from None

@@ -34,6 +34,7 @@ from numpy.typing import NDArray
 from ajgdata.features.compute import FeatureInput
 from ajgdata.store.feature_array import FeatureArray, frequency_axis
 from ajgdata.types import AudioSettings, FeatureKind, FeatureSettings
+from ajgdata.types.features import ShortTime
 
 Float32 = NDArray[np.float32]
 
@@ -44,7 +45,7 @@ _BLOCK = 65_536
 
 
 def frequencies_hz(
-    sample_rate_hz: float, settings: FeatureSettings = DEFAULT_SETTINGS
+    sample_rate_hz: float, settings: ShortTime = DEFAULT_SETTINGS
 ) -> NDArray[np.float64]:
     """Return the centre frequencies (n_bins,) of the bins of a spectrum, in Hz.
 
@@ -55,7 +56,7 @@ def frequencies_hz(
     >>> ajgdata.frequencies_hz(44_100, settings).round(1)
     array([107.7, 129.2, 150.7, 172.3])
     """
-    return _all_frequencies(sample_rate_hz, settings)[_band(sample_rate_hz, settings)]
+    return _all_frequencies(sample_rate_hz, settings)[band_bins(sample_rate_hz, settings)]
 
 
 def spectrum(
@@ -82,7 +83,7 @@ def spectrum(
     990.52734375
     """
     samples = np.asarray(samples)
-    band = _band(sample_rate_hz, settings)
+    band = band_bins(sample_rate_hz, settings)
     exponent = _peak_exponent(samples, settings)
     if exponent is None:
         return np.zeros(band.stop - band.start, np.float32)
@@ -171,7 +172,7 @@ def periodic_window(shape: str, length: int) -> NDArray[np.float64]:
 
 
 @lru_cache(maxsize=32)
-def _band(sample_rate_hz: float, settings: FeatureSettings) -> slice:
+def band_bins(sample_rate_hz: float, settings: ShortTime) -> slice:
     """Return the slice of the bins within `band_hz`. Raises ValueError if there are no bins."""
     frequencies = _all_frequencies(sample_rate_hz, settings)
     if settings.band_hz is None:
@@ -187,7 +188,7 @@ def _band(sample_rate_hz: float, settings: FeatureSettings) -> slice:
     return slice(int(start), int(stop))
 
 
-def _all_frequencies(sample_rate_hz: float, settings: FeatureSettings) -> NDArray[np.float64]:
+def _all_frequencies(sample_rate_hz: float, settings: ShortTime) -> NDArray[np.float64]:
     """Return the centre frequencies (window/2 + 1,) of all bins in Hz."""
     bin_hz = sample_rate_hz / settings.window
     return np.arange(settings.window // 2 + 1, dtype=np.float64) * bin_hz

@@ -163,23 +163,29 @@ class Predictor:
         """
         return replace(self, guard=self.guard.with_references(features))
 
-    def feature(self, waveform: ArrayLike, sample_rate_hz: float) -> NDArray[np.float32]:
+    def feature(
+        self, waveform: ArrayLike, sample_rate_hz: float, played: ArrayLike | None = None
+    ) -> NDArray[np.float32]:
         """Return the feature (f,) of one recording, as `predict` computes it."""
         audio = _audio(waveform, sample_rate_hz, self.audio)
-        return self._feature_and_remarks(audio, HERE)[0]
+        return self._feature_and_remarks(audio, HERE, played)[0]
 
-    def predict(self, waveform: ArrayLike, sample_rate_hz: float) -> Prediction:
+    def predict(
+        self, waveform: ArrayLike, sample_rate_hz: float, played: ArrayLike | None = None
+    ) -> Prediction:
         """Return the prediction for one recording.
 
-        `waveform` (n,) are floats at the sample rate of the model, with full scale ±1. Raises
+        `waveform` (n,) are floats at the sample rate of the model, with full scale ±1; a model of
+        several microphones needs (channels, n). `played` (m,) is the played sound, which only a
+        transfer function with `reference: played` needs. Raises
         DataError for other waveforms, and for recordings that the workflow would quarantine: too
         short, NaN, silence.
         """
-        return self._predicted(_audio(waveform, sample_rate_hz, self.audio), HERE)
+        return self._predicted(_audio(waveform, sample_rate_hz, self.audio), HERE, played)
 
-    def predict_file(self, path: str | Path) -> Prediction:
+    def predict_file(self, path: str | Path, played: ArrayLike | None = None) -> Prediction:
         """Return the prediction for one audio file. Raises DataError as `predict` does."""
-        return self._predicted(read_audio(Path(path), self.audio), Path(path))
+        return self._predicted(read_audio(Path(path), self.audio), Path(path), played)
 
     def of_features(self, features: np.ndarray) -> list[Prediction]:
         """Return the predictions for features (m, f), from `feature` or a feature file.
@@ -252,12 +258,12 @@ class Predictor:
             return tuple(x - half for x in value), tuple(x + half for x in value)
         return value - half, value + half
 
-    def _predicted(self, audio: Audio, where: Path) -> Prediction:
-        feature, remarks = self._feature_and_remarks(audio, where)
+    def _predicted(self, audio: Audio, where: Path, played: ArrayLike | None) -> Prediction:
+        feature, remarks = self._feature_and_remarks(audio, where, played)
         return replace(self.of_features(feature[np.newaxis])[0], remarks=remarks)
 
     def _feature_and_remarks(
-        self, audio: Audio, where: Path
+        self, audio: Audio, where: Path, played: ArrayLike | None
     ) -> tuple[NDArray[np.float32], Sequence[str]]:
         """Return the feature (f,) of a recording, and its warnings.
 
@@ -269,7 +275,7 @@ class Predictor:
             if remark.level == "error":
                 raise DataError(where, remark.problem, remark.fix)
         try:
-            feature = computer(audio.samples)
+            feature = computer(audio.samples, None if played is None else np.asarray(played))
         except ValueError as error:  # not normalised, and beyond float32
             raise DataError(where, str(error), "change features in dataset.yaml") from None
         shown = [
@@ -288,8 +294,11 @@ def _audio(waveform: ArrayLike, sample_rate_hz: float, settings: AudioSettings) 
     Raises DataError for other types, shapes and rates, and if full scale is not ±1.
     """
     array = np.asarray(waveform)
-    if array.dtype.kind != "f" or array.ndim != 1:
-        fix = "give floats (n,), with full scale ±1 (divide 16-bit integers by 32768)"
+    channels = len(settings.microphones)
+    is_right_shape = array.ndim == 1 if channels == 1 else array.shape[:-1] == (channels,)
+    if array.dtype.kind != "f" or not is_right_shape:
+        shape = "(n,)" if channels == 1 else f"({channels}, n)"
+        fix = f"give floats {shape}, with full scale ±1 (divide 16-bit integers by 32768)"
         raise DataError(HERE, f"samples are {array.dtype} of shape {array.shape}", fix)
     finite = array[np.isfinite(array)]
     peak = float(np.abs(finite).max(initial=0.0))
@@ -303,5 +312,8 @@ def _audio(waveform: ArrayLike, sample_rate_hz: float, settings: AudioSettings) 
     with np.errstate(over="ignore"):  # the checks refuse infinite samples
         samples = array.astype(np.float32)
     return Audio(
-        samples, samples[:, np.newaxis], AudioInfo("", "FLOAT", rate_hz, 1, len(array)), ()
+        samples,
+        np.atleast_2d(samples).T,
+        AudioInfo("", "FLOAT", rate_hz, channels, array.shape[-1]),
+        (),
     )

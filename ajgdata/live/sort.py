@@ -146,6 +146,11 @@ class Sorter:
     def __post_init__(self) -> None:
         self._steps = Steps(self.robot, self.plan.wait_s, self.log, self.control)
 
+    @property
+    def _played_samples(self) -> np.ndarray | None:
+        """The samples of the played sound; None if nothing is played."""
+        return self.played if isinstance(self.played, np.ndarray) else None
+
     def run(self) -> RunState:
         """Sort the arriving objects in the main thread; return the state at the end.
 
@@ -234,7 +239,8 @@ class Sorter:
         }
         recording = self._store(grasp, capture, labels, known=bool(name))
         begin = time.perf_counter()
-        prediction = self.senses.predict(capture.samples, self.card.settings.sample_rate_hz)
+        rate_hz = self.card.settings.sample_rate_hz
+        prediction = self.senses.predict(capture.samples, rate_hz, self._played_samples)
         predicting_s = time.perf_counter() - begin
         self.log.say(
             "take",
@@ -264,12 +270,12 @@ class Sorter:
         self._steps.let_go()
         rate_hz = self.card.settings.sample_rate_hz
         before = self._before or self.senses
-        verdict = before.predict(capture.samples, rate_hz).verdict
+        verdict = before.predict(capture.samples, rate_hz, self._played_samples).verdict
         self.log.say("reference", kind=NOTHING, recording=recording, verdict=str(verdict))
         if before.has_references and verdict is not NoveltyVerdict.NOTHING:
             self.log.say("drift", text=CHANGED)
         had_references = before.has_references
-        feature = self.senses.feature(capture.samples, rate_hz)
+        feature = self.senses.feature(capture.samples, rate_hz, self._played_samples)
         self.senses = self.senses.with_references(feature[np.newaxis])
         self._before = before if had_references else self.senses
 

@@ -16,7 +16,7 @@ from ajgdata.features.spectrum import settings_text
 from ajgdata.paths import Paths
 from ajgdata.pipeline.processes import results_of
 from ajgdata.pipeline.progress import tell
-from ajgdata.pipeline.recordings import examine, finding
+from ajgdata.pipeline.recordings import examine, finding, played_samples
 from ajgdata.pipeline.session_levels import level_issues
 from ajgdata.pipeline.similar_sounds import without_equal_sounds
 from ajgdata.store.audio import file_sha256
@@ -197,6 +197,8 @@ def _parts(
         """Check one session after the other; yield its name with each file to compute."""
         for name, tables in digests.items():
             folder = paths.session(dataset, name)
+            if computer.needs_played and previous.tables.get(name) != tables:
+                previous.rows.pop(name, None)  # session.yaml may have another played sound
             session = check_session(folder, previous.trusted(name, tables))
             checked.append(session)
             for file in _used_files(session):
@@ -241,7 +243,10 @@ def _row(session: str, file: AudioFile, computer: FeatureComputer) -> RecordingR
     if result.samples is None:
         return RecordingRow(None, issues, file.sha256)
     try:
-        feature = computer(result.samples)
+        played = None
+        if computer.needs_played:
+            played = played_samples(file.played, computer.audio.sample_rate_hz)
+        feature = computer(result.samples, played)
     except ValueError as error:  # for example a feature without normalisation, beyond float32
         fix = "change features in dataset.yaml, or set quality to reject"
         issue = Finding(session, file.recording_id, "", "error", "no_feature", str(error), fix)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ import numpy as np
 from ajgdata.features.checks import check_audio
 from ajgdata.paths import Paths
 from ajgdata.store.audio import AudioError, Remark, file_sha256, read_audio
-from ajgdata.store.session_audio import check_unchanged
+from ajgdata.store.session_audio import PlayedFile, check_unchanged, checked_sha256
 from ajgdata.store.sessions import audio_path, read_recordings, read_session
 from ajgdata.types import (
     WHOLE_FILE,
@@ -59,6 +60,23 @@ def examine(
     if errors:
         return Examined(None, errors)
     return Examined(read.samples, remarks, read.levels_db)
+
+
+@lru_cache(maxsize=4)
+def played_samples(played: PlayedFile | None, sample_rate_hz: int) -> np.ndarray:
+    """Return the samples (m,) of the sound that a session played.
+
+    Raises ValueError if the session has no such file, if the file was changed, and for another
+    sample rate.
+    """
+    if played is None:
+        raise ValueError("the session has no played sound: set features.reference to a microphone")
+    try:
+        checked_sha256(*played)
+        audio = AudioSettings(sample_rate_hz=sample_rate_hz, other_rate="resample")
+        return read_audio(played.path, audio).samples
+    except DataError as error:
+        raise ValueError(f"played sound {played.path.name}: {error.problem}") from None
 
 
 class RecordingReader:

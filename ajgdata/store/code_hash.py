@@ -11,6 +11,7 @@ import functools
 import json
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from importlib.metadata import EntryPoint
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -18,9 +19,10 @@ from ajgdata.paths import PACKAGE
 from ajgdata.store.files import read_yaml, sha256_of
 from ajgdata.store.syntax import deciding_tree, defined_names, used_statements
 from ajgdata.types.extras import installed_version
+from ajgdata.types.features import OWN_FEATURES, SHIPPED, FeatureKind, FeatureSettings
 from ajgdata.types.registry import OWN_MODELS
 
-_SPECTRUM_SETTINGS = ("types/features.py:ALL_HZ,FeatureKind,FeatureSettings",)
+_SPECTRUM_SETTINGS = ("types/features.py:ALL_HZ,FeatureKind,FeatureSettings,ShortTime",)
 #: Session -> its table and files -> samples, issues and spectra.
 _RECORDINGS = (
     "features/checks.py",
@@ -56,6 +58,14 @@ _SIMILAR = (
     "types/issues.py:Finding,WHOLE",
     "types/session.py:SIMULATED_SOURCES",
 )
+#: Recordings -> features of other kinds.
+_OTHER_FEATURES = (
+    "features/embedding.py",
+    "features/mel.py",
+    "features/spectrogram.py",
+    "features/transfer_function.py",
+    "types/features.py",
+)
 #: Scene -> impulse response and recording.
 _GRIPPER = ("gripper/*.py",)
 #: Recipe -> grasps -> recordings.
@@ -89,7 +99,7 @@ _TASK = (
     "types/tasks.py",
 )
 #: Recordings of a task -> features of their changed copies.
-_COPIES = (*_RECORDINGS, "features/augment.py", "pipeline/copies.py")
+_COPIES = (*_RECORDINGS, *_OTHER_FEATURES, "features/augment.py", "pipeline/copies.py")
 _TABLES = ("store/tables.py", "types/formats.py:TABLES_FORMAT", "types/table.py")
 #: The job of an experiment; `experiments.registry.measuring_half` is added.
 _EXPERIMENT = (
@@ -153,11 +163,12 @@ CODE: dict[str, tuple[str, ...]] = {
         "types/session.py",
     ),
     "experiment": _EXPERIMENT,
-    "experiment on recordings": (*_EXPERIMENT, *_RECORDINGS),
+    "experiment on recordings": (*_EXPERIMENT, *_RECORDINGS, *_OTHER_FEATURES),
     "experiment with copies": (*_EXPERIMENT, *_COPIES),
     "experiment on rendered sounds": (
         *_EXPERIMENT,
         *_RECORDINGS,
+        *_OTHER_FEATURES,
         *_SIMULATED,
         "acquire/changed_grasps.py",
         "pipeline/planned_grasps.py",
@@ -319,8 +330,8 @@ def code_hash(job_type: str, *added: CodeSource) -> str:
     """Return the hash of the code of a type of job, and of the versions of its libraries.
 
     A rule has it as a parameter, so that its results are computed again if it changes. `added` are
-    further sources. Models of other packages count as a whole. A library of an extra that is not
-    installed has the version "".
+    further sources. Models and features of other packages count as a whole. A library of an extra
+    that is not installed has the version "".
     """
     own = [*sources(job_type), *added]
     libraries = list(NUMERICAL)
@@ -328,7 +339,7 @@ def code_hash(job_type: str, *added: CodeSource) -> str:
         libraries.append(SIMULATING)
     if job_type not in WITHOUT_MODELS:
         libraries += LEARNING
-        own += [CodeSource(file) for file in _own_models()]
+        own += [CodeSource(file) for file in _own_files([*OWN_MODELS, *OWN_FEATURES])]
     content = {
         "sources": sorted({f"{s.place}:{','.join(s.names)} {_digest(s)}" for s in own}),
         "libraries": {name: installed_version(name) for name in libraries},
@@ -336,6 +347,32 @@ def code_hash(job_type: str, *added: CodeSource) -> str:
     return sha256_of(json.dumps(content, sort_keys=True).encode())[:16]
 
 
+def features_code(features: FeatureKind) -> str:
+    """Return the hash of the code that computes the features of a kind.
+
+    The code of the other kinds does not count. All files of another package count that its
+    function imports from there.
+    """
+    own = type(features)
+    module = own.function.partition(":")[0]
+    if own is FeatureSettings:
+        return code_hash("features")
+    if own in SHIPPED:
+        kind = CodeSource(PACKAGE / "types" / "features.py", (own.__name__, "ShortTime"))
+        added = [kind, *(CodeSource(PACKAGE / "features" / f"{name}.py") for name in KINDS[module])]
+        return code_hash("features", *added)
+    files = [find_spec(module), find_spec(own.__module__)]
+    origins = [Path(spec.origin) for spec in files if spec and spec.origin]
+    return code_hash("features", *(CodeSource(file) for file in with_own_imports(origins)))
+
+
+#: Files in `features` of each kind of feature, by the module of its function.
+KINDS = {
+    "ajgdata.features.embedding": ("embedding",),
+    "ajgdata.features.mel": ("mel", "spectrogram"),
+    "ajgdata.features.spectrogram": ("spectrogram",),
+    "ajgdata.features.transfer_function": ("transfer_function", "spectrogram"),
+}
 _digest = functools.cache(CodeSource.digest)
 
 
@@ -430,9 +467,9 @@ def package_hash(*added: Path) -> str:
     return sha256_of("\n".join(lines).encode())[:16]
 
 
-def _own_models() -> list[Path]:
-    """Return the files of models of other packages, with what they import from their packages."""
-    specs = [find_spec(point.module) for point in OWN_MODELS]
+def _own_files(points: Iterable[EntryPoint]) -> list[Path]:
+    """Return the files of entry points in other packages, with what they import from there."""
+    specs = [find_spec(point.module) for point in points]
     return with_own_imports(Path(spec.origin) for spec in specs if spec and spec.origin)
 
 

@@ -13,7 +13,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from ajgdata.paths import RECORDINGS_FILE, SESSION_FILE, Paths
-from ajgdata.store.code_hash import code_hash
+from ajgdata.store.code_hash import features_code
 from ajgdata.store.files import json_bytes, read_csv, read_json, read_yaml, sha256_of, write_bytes
 from ajgdata.store.provenance import settings_digest
 from ajgdata.store.sessions import (
@@ -136,7 +136,7 @@ def features_key(sources: Iterable[str], spec: DatasetSpec) -> str:
     `sources` are the digests of its tables (see `run_tables`) and of its recipe.
     """
     settings = feature_settings(spec.audio, spec.features, spec.label_targets)
-    lines = [*sources, *settings.values(), code_hash("features")]
+    lines = [*sources, *settings.values(), features_code(spec.features)]
     return sha256_of("\n".join(lines).encode())[:16]
 
 
@@ -230,7 +230,7 @@ def changes_since_features(
         for key, digest in settings.items()
         if hashes.settings.get(key) != digest
     ]
-    if hashes.code != code_hash("features"):
+    if hashes.code != features_code(spec.features):
         changes.append("the code that computes features, or a library, changed")
     return changes
 

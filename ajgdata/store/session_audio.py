@@ -6,6 +6,7 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 from ajgdata.paths import RECORDINGS_FILE
 from ajgdata.store.audio import AudioError, file_sha256
@@ -25,14 +26,23 @@ from ajgdata.types import (
 LABEL_COLUMNS = ("recording_id", "grasp_id", "sample", "object", "quality")
 
 
+class PlayedFile(NamedTuple):
+    """The file of the sound that a session played, and the sha256 that session.yaml states."""
+
+    path: Path
+    sha256: str
+
+
 @dataclass(frozen=True)
 class AudioFile:
-    """The file of a recording, the sha256 of its bytes, and the part that is the recording."""
+    """The file of a recording, the sha256 of its bytes, the part that is the recording, and the
+    file of the played sound, if there is one."""
 
     recording_id: str
     path: Path
     sha256: str
     segment: Segment = WHOLE_FILE
+    played: PlayedFile | None = None
 
     @property
     def sound_id(self) -> str:
@@ -78,6 +88,9 @@ def check_session(folder: Path, trusted: Mapping[str, str] | None = None) -> Ses
         result.findings.append(Finding(folder.name, grasp, "", "warning", "skipped", problem, fix))
     known = trusted or {}
     digests: dict[str, str] = {}
+    played = None
+    if session.excitation:
+        played = PlayedFile(folder / session.excitation.file, session.excitation.sha256)
     for recording in recordings:
         try:
             digest = known.get(recording.recording_id)
@@ -89,7 +102,9 @@ def check_session(folder: Path, trusted: Mapping[str, str] | None = None) -> Ses
                     digests[recording.file] = file_sha256(path)
                 digest = digests[recording.file]
                 check_unchanged(path, digest, recording.sha256, folder.parents[1].name)
-            result.files.append(AudioFile(recording.recording_id, path, digest, recording.segment))
+            result.files.append(
+                AudioFile(recording.recording_id, path, digest, recording.segment, played)
+            )
             if not recording.sha256:
                 result.findings.append(_without_hash(folder, recording))
         except DataError as error:

@@ -14,6 +14,7 @@ from xarray.backends import BackendArray
 from xarray.core import indexing
 
 from ajgdata.store.audio import check_layout, inspect_audio, read_audio
+from ajgdata.store.feature_array import channel_axis
 from ajgdata.store.features import FeatureColumn, text_column
 from ajgdata.store.findings import is_rejected
 from ajgdata.store.labels import bad_labels, label_columns
@@ -42,12 +43,16 @@ class AudioSource:
 
 
 class Waveforms(BackendArray):
-    """Samples (recording, time), float32, full scale ±1; NaN after the end of a recording."""
+    """Samples (recording, channel, time), float32, full scale ±1; NaN after the end of a recording.
+
+    Without a list of microphones, there is no dimension `channel`.
+    """
 
     def __init__(self, sources: Sequence[AudioSource], audio: AudioSettings) -> None:
         self.sources = tuple(sources)
         self.audio = audio
-        self.shape = (len(sources), max(source.frames for source in sources))
+        channels = (len(audio.microphones),) if isinstance(audio.microphone, tuple) else ()
+        self.shape = (len(sources), *channels, max(source.frames for source in sources))
         self.dtype = np.dtype(np.float32)
 
     def __getitem__(self, key: indexing.ExplicitIndexer) -> Any:
@@ -55,11 +60,13 @@ class Waveforms(BackendArray):
         outer = indexing.IndexingSupport.OUTER
         return indexing.explicit_indexing_adapter(key, self.shape, outer, self._read)
 
-    def _read(self, key: tuple[Any, Any]) -> np.ndarray:
-        """Return the samples of the recordings and times in `key`: numbers, slices or arrays."""
+    def _read(self, key: tuple[Any, ...]) -> np.ndarray:
+        """Return the samples of the recordings, channels and times in `key`: numbers, slices or
+        arrays."""
         recordings = np.arange(self.shape[0])[key[0]]
-        times = np.arange(self.shape[1])[key[1]]
-        result = np.full((recordings.size, times.size), np.nan, np.float32)
+        times = np.arange(self.shape[-1])[key[-1]]
+        channels = np.arange(len(self.audio.microphones))[key[1] if len(key) == 3 else 0]
+        result = np.full((recordings.size, channels.size, times.size), np.nan, np.float32)
         unchanged: set[tuple[Path, str]] = set()
         for row, recording in zip(result, np.atleast_1d(recordings), strict=True):
             source = self.sources[recording]
@@ -67,10 +74,11 @@ class Waveforms(BackendArray):
             if source.sha256 and file not in unchanged:
                 checked_sha256(*file)
                 unchanged.add(file)
-            samples = read_audio(source.path, self.audio, source.segment).samples
-            is_present = np.atleast_1d(times) < len(samples)
-            row[is_present] = samples[np.atleast_1d(times)[is_present]]
-        return result.reshape(recordings.shape + times.shape)
+            samples = read_audio(source.path, self.audio, source.segment).columns.T
+            used = samples[np.atleast_1d(channels)]
+            is_present = np.atleast_1d(times) < samples.shape[1]
+            row[:, is_present] = used[:, np.atleast_1d(times)[is_present]]
+        return result.reshape(recordings.shape + channels.shape + times.shape)
 
 
 def open_recordings(
@@ -125,7 +133,7 @@ def _lazy(
 ) -> xr.Dataset:
     """Return the lazy array with its time axis in seconds, and `columns` (n,) as coordinates."""
     lazy = Waveforms(sources, audio)
-    time = np.arange(lazy.shape[1]) / audio.sample_rate_hz
+    time = np.arange(lazy.shape[-1]) / audio.sample_rate_hz
     frames = np.asarray([source.frames for source in sources], np.int64)
     files = np.asarray([str(source.path) for source in sources], np.str_)
     coordinates: dict[str, Any] = {
@@ -133,10 +141,15 @@ def _lazy(
         "frames": ("recording", frames, {"units": "1", "long_name": "samples of the recording"}),
         "file": ("recording", files, {"long_name": "file"}),
     }
+    dimensions = ["recording", "time"]
+    if isinstance(audio.microphone, tuple):
+        channel = channel_axis(audio.microphone)
+        dimensions.insert(1, channel.name)
+        coordinates[channel.name] = (channel.name, channel.values, dict(channel.attrs))
     used_names = {*coordinates, "waveform"}
     for name, column in columns.items():
         values = ("recording", column.values, dict(column.attrs))
         coordinates[f"label_{name}" if name in used_names else name] = values
     attrs = {"long_name": "sound pressure, full scale ±1", "units": "1"}
-    waveform = xr.Variable(("recording", "time"), indexing.LazilyIndexedArray(lazy), attrs)
+    waveform = xr.Variable(dimensions, indexing.LazilyIndexedArray(lazy), attrs)
     return xr.Dataset({"waveform": waveform}, coordinates)

@@ -229,7 +229,7 @@ class DatasetSpec(Strict):
 
     @model_validator(mode="after")
     def _rate_allows_feature(self) -> DatasetSpec:
-        self.features.check(self.audio.sample_rate_hz)
+        self.features.check(self.audio)
         return self
 
     @model_validator(mode="after")

@@ -16,6 +16,7 @@ from pydantic import Field, PlainValidator, SerializeAsAny, model_validator
 
 from ajgdata.types.base import Strict
 from ajgdata.types.registry import Registry
+from ajgdata.types.settings import AudioSettings, numbers_of
 
 #: Lowest and highest frequency in Hz for a feature that has all bins.
 ALL_HZ = (-math.inf, math.inf)
@@ -31,9 +32,12 @@ class FeatureKind(Strict):
     """
 
     function: ClassVar[str]
-    #: Whether the feature also depends on the sound that the session played.
-    needs_played: ClassVar[bool] = False
     kind: str = Field(description="kind of feature")
+
+    @property
+    def needs_played(self) -> bool:
+        """Whether the feature also depends on the sound that the session played."""
+        return False
 
     @property
     def is_power(self) -> bool:
@@ -51,65 +55,11 @@ class FeatureKind(Strict):
         """
         return ALL_HZ
 
-    def check(self, sample_rate_hz: float) -> None:
-        """Raise ValueError if recordings with this sample rate cannot have the feature."""
+    def check(self, audio: AudioSettings) -> None:
+        """Raise ValueError if recordings with these settings cannot have the feature."""
 
     def in_folder(self, folder: Path) -> Self:
         """Return the settings with absolute paths; `folder` is that of dataset.yaml."""
-        return self
-
-
-class FeatureSettings(FeatureKind):
-    """Settings of the feature `spectrum`: a spectrum that is summed over time.
-
-    The paper specifies the window length (2048), the sum over time, and that spectra are
-    normalised. We chose the hop, the window shape, the quantity and the norm.
-    """
-
-    function = "ajgdata.features.spectrum:spectra"
-    kind: Literal["spectrum"] = Field(
-        "spectrum", description="short-time Fourier transform, summed over time (paper)"
-    )
-    window: int = Field(2048, ge=16, description="STFT window and FFT length in samples (paper)")
-    hop: int = Field(512, ge=1, description="samples between windows (not specified in the paper)")
-    window_shape: Literal["hann", "hamming", "blackman", "boxcar"] = Field(
-        "hann", description="periodic window function (not specified in the paper)"
-    )
-    quantity: Literal["magnitude", "power", "root_power"] = Field(
-        "magnitude",
-        description="magnitude: sum of |X| over time; power: sum of |X|^2; root_power: square root "
-        "of the sum of |X|^2 (not specified in the paper)",
-    )
-    normalisation: Literal["l1", "l2", "max", "none"] = Field(
-        "l1", description="divisor of each spectrum: its norm (the paper writes only 'normalise')"
-    )
-    band_hz: Band | None = Field(
-        None, description="bins from low to high frequency in Hz; null: all window/2 + 1 bins"
-    )
-
-    @property
-    def is_power(self) -> bool:
-        """Whether the quantity is a power."""
-        return self.quantity == "power"
-
-    def least_samples(self, sample_rate_hz: float) -> int:
-        """Return the length of one window."""
-        return self.window
-
-    def reaching_hz(self, sample_rate_hz: float) -> Band:
-        """Return the frequencies of `band_hz` and of the neighbours of its bins."""
-        return reaching_hz(self.band_hz, self.window, sample_rate_hz)
-
-    def check(self, sample_rate_hz: float) -> None:
-        """Raise ValueError if `band_hz` contains no bin."""
-        check_band(self.band_hz, self.window, sample_rate_hz)
-
-    @model_validator(mode="after")
-    def _ordered(self) -> FeatureSettings:
-        if self.hop > self.window:
-            raise ValueError(f"hop {self.hop} exceeds window {self.window}: samples would be lost")
-        if self.band_hz and not 0 <= self.band_hz[0] < self.band_hz[1]:
-            raise ValueError(f"band_hz {self.band_hz} must be 0 <= low < high")
         return self
 
 
@@ -137,8 +87,230 @@ def check_band(band_hz: Band | None, window: int, sample_rate_hz: float) -> None
         raise ValueError(f"features.band_hz {band_hz} holds no bin")
 
 
+Shape = Literal["hann", "hamming", "blackman", "boxcar"]
+Norm = Literal["l1", "l2", "max", "none"]
+
+
+class ShortTime(FeatureKind):
+    """Base class of features from short-time Fourier transforms."""
+
+    window: int = Field(2048, ge=16, description="STFT window and FFT length in samples")
+    hop: int = Field(512, ge=1, description="samples between windows")
+    window_shape: Shape = Field("hann", description="periodic window function")
+    band_hz: Band | None = Field(
+        None, description="bins from low to high frequency in Hz; null: all window/2 + 1 bins"
+    )
+
+    def least_samples(self, sample_rate_hz: float) -> int:
+        """Return the length of one window."""
+        return self.window
+
+    def reaching_hz(self, sample_rate_hz: float) -> Band:
+        """Return the frequencies of `band_hz` and of the neighbours of its bins."""
+        return reaching_hz(self.band_hz, self.window, sample_rate_hz)
+
+    def check(self, audio: AudioSettings) -> None:
+        """Raise ValueError if `band_hz` contains no bin."""
+        check_band(self.band_hz, self.window, audio.sample_rate_hz)
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if self.hop > self.window:
+            raise ValueError(f"hop {self.hop} exceeds window {self.window}: samples would be lost")
+        if self.band_hz and not 0 <= self.band_hz[0] < self.band_hz[1]:
+            raise ValueError(f"band_hz {self.band_hz} must be 0 <= low < high")
+        return self
+
+
+class FeatureSettings(ShortTime):
+    """Settings of the feature `spectrum`: a spectrum that is summed over time.
+
+    The paper specifies the window length (2048), the sum over time, and that spectra are
+    normalised. We chose the hop, the window shape, the quantity and the norm.
+    """
+
+    function = "ajgdata.features.spectrum:spectra"
+    kind: Literal["spectrum"] = Field(
+        "spectrum", description="short-time Fourier transform, summed over time (paper)"
+    )
+    window: int = Field(2048, ge=16, description="STFT window and FFT length in samples (paper)")
+    hop: int = Field(512, ge=1, description="samples between windows (not specified in the paper)")
+    window_shape: Shape = Field(
+        "hann", description="periodic window function (not specified in the paper)"
+    )
+    quantity: Literal["magnitude", "power", "root_power"] = Field(
+        "magnitude",
+        description="magnitude: sum of |X| over time; power: sum of |X|^2; root_power: square root "
+        "of the sum of |X|^2 (not specified in the paper)",
+    )
+    normalisation: Norm = Field(
+        "l1", description="divisor of each spectrum: its norm (the paper writes only 'normalise')"
+    )
+
+    @property
+    def is_power(self) -> bool:
+        """Whether the quantity is a power."""
+        return self.quantity == "power"
+
+
+class SpectrogramSettings(ShortTime):
+    """Settings of the feature `spectrogram`: the transform without a sum over time."""
+
+    function = "ajgdata.features.spectrogram:spectrograms"
+    kind: Literal["spectrogram"] = Field(
+        "spectrogram", description="short-time Fourier transform (time, frequency)"
+    )
+    window: int = Field(1024, ge=16, description="STFT window and FFT length in samples")
+    length_s: float = Field(
+        1.0,
+        gt=0,
+        description="used seconds at the beginning of a recording; shorter recordings are "
+        "quarantined",
+    )
+    quantity: Literal["magnitude", "power"] = Field("magnitude", description="|X| or |X|^2")
+    normalisation: Norm = Field("l1", description="divisor of all values of a microphone: a norm")
+
+    @property
+    def is_power(self) -> bool:
+        """Whether the quantity is a power."""
+        return self.quantity == "power"
+
+    def least_samples(self, sample_rate_hz: float) -> int:
+        """Return the number of samples in `length_s`, or at least one window."""
+        return max(self.window, round(self.length_s * sample_rate_hz))
+
+
+class MelSettings(ShortTime):
+    """Settings of the feature `mel`: levels in bands of equal width on the mel scale."""
+
+    function = "ajgdata.features.mel:mel_levels"
+    kind: Literal["mel"] = Field("mel", description="levels in mel bands, or cepstra of them")
+    bands: int = Field(64, ge=1, description="number of bands between the limits of band_hz")
+    scale: Literal["htk", "slaney"] = Field(
+        "htk",
+        description="htk: mel = 2595 log10(1 + f/700); slaney: linear below 1 kHz, logarithmic "
+        "above",
+    )
+    over_time: Literal["mean", "frames"] = Field(
+        "mean", description="mean: levels of the mean power; frames: levels of each window"
+    )
+    length_s: float = Field(
+        1.0,
+        gt=0,
+        description="with `frames`: used seconds at the beginning of a recording; shorter "
+        "recordings are quarantined",
+    )
+    floor_db: float = Field(
+        -80.0, lt=0, description="lowest level in dB, relative to the highest of the recording"
+    )
+    normalisation: Literal["max", "none"] = Field(
+        "max", description="max: levels relative to the highest one; none: 10 log10 of the power"
+    )
+    cepstra: int | None = Field(
+        None,
+        ge=1,
+        description="number of mel-frequency cepstral coefficients (MFCC), from 0; null: levels",
+    )
+
+    def least_samples(self, sample_rate_hz: float) -> int:
+        """Return the length of one window; with frames, the number of samples in `length_s`."""
+        if self.over_time == "mean":
+            return self.window
+        return max(self.window, round(self.length_s * sample_rate_hz))
+
+    @model_validator(mode="after")
+    def _enough_bands(self) -> MelSettings:
+        if self.cepstra is not None and self.cepstra > self.bands:
+            raise ValueError(f"cepstra {self.cepstra} exceed bands {self.bands}")
+        return self
+
+
+#: Least number of windows of an estimate of the coherence, which is at most their inverse for
+#: sounds that are independent of each other.
+COHERENCE_WINDOWS = 8
+
+
+class TransferFunctionSettings(ShortTime):
+    """Settings of the feature `transfer_function`: the magnitude of the H1 estimate.
+
+    H1 = S_xy / S_xx, with the spectra of Welch's method of the reference x and a microphone y.
+    """
+
+    function = "ajgdata.features.transfer_function:transfer_functions"
+    kind: Literal["transfer_function"] = Field(
+        "transfer_function", description="magnitude of the H1 estimate"
+    )
+    reference: Literal["played"] | Annotated[int, Field(ge=1)] = Field(
+        "played", description="played: the played sound of the session; or a microphone's number"
+    )
+    least_coherence: float = Field(
+        0.5,
+        ge=0,
+        lt=1,
+        description="bins with a lower coherence are 0; a recording with such bins in more than "
+        "half of the band has a warning, one without other bins is quarantined",
+    )
+    normalisation: Norm = Field("none", description="divisor of each transfer function: its norm")
+
+    @property
+    def needs_played(self) -> bool:
+        """Whether the reference is the played sound."""
+        return self.reference == "played"
+
+    def least_samples(self, sample_rate_hz: float) -> int:
+        """Return the length of the windows that an estimate of the coherence requires."""
+        return self.window + (COHERENCE_WINDOWS - 1) * self.hop
+
+    def check(self, audio: AudioSettings) -> None:
+        """Raise ValueError if the reference is not one of several microphones."""
+        super().check(audio)
+        numbers = numbers_of(audio.microphone)
+        if not self.needs_played and (len(numbers) < 2 or self.reference not in numbers):
+            raise ValueError(
+                f"features.reference {self.reference} is not one of several numbers in "
+                "audio.microphone"
+            )
+
+
+class EmbeddingSettings(FeatureKind):
+    """Settings of the feature `embedding`: the output of a network in a local ONNX file.
+
+    Its first input gets float32 samples (channels, n), its first output is a vector.
+    """
+
+    function = "ajgdata.features.embedding:embeddings"
+    kind: Literal["embedding"] = Field("embedding", description="output of a network")
+    file: str = Field(min_length=1, description="ONNX file, relative to the folder of dataset.yaml")
+    sha256: str = Field(
+        pattern=r"^[0-9a-f]{64}$", description="checksum of the file (`sha256sum FILE`)"
+    )
+    sample_rate_hz: int | None = Field(
+        None, ge=1, description="rate of the network, to which samples are resampled; null: equal"
+    )
+    length_s: float = Field(
+        1.0,
+        gt=0,
+        description="used seconds at the beginning of a recording; shorter recordings are "
+        "quarantined",
+    )
+
+    def least_samples(self, sample_rate_hz: float) -> int:
+        """Return the number of samples in `length_s`."""
+        return max(1, round(self.length_s * sample_rate_hz))
+
+    def in_folder(self, folder: Path) -> Self:
+        """Return the settings with the absolute path of the file."""
+        return self.model_copy(update={"file": str(folder.absolute() / self.file)})
+
+
 #: Kinds of features of this package.
-SHIPPED: tuple[type[FeatureKind], ...] = (FeatureSettings,)
+SHIPPED: tuple[type[FeatureKind], ...] = (
+    FeatureSettings,
+    SpectrogramSettings,
+    MelSettings,
+    TransferFunctionSettings,
+    EmbeddingSettings,
+)
 #: Entry points of features in other packages: name of the kind, and `module:class` of its settings.
 #: A module is imported when a data set has its kind.
 OWN_FEATURES = entry_points(group="ajgdata.features")
@@ -181,8 +353,15 @@ def feature_settings(content: Any) -> FeatureKind:
     return feature_class(str(kind)).model_validate({**content, "kind": kind})
 
 
+_AnyShipped = (
+    FeatureSettings
+    | SpectrogramSettings
+    | MelSettings
+    | TransferFunctionSettings
+    | EmbeddingSettings
+)
 #: The settings of any kind of feature, as a field of settings or a parameter of a job.
 AnyFeature = Annotated[
     SerializeAsAny[FeatureKind],
-    PlainValidator(feature_settings, json_schema_input_type=FeatureSettings),
+    PlainValidator(feature_settings, json_schema_input_type=_AnyShipped),
 ]

@@ -21,10 +21,9 @@ def checked_microphone(value: Any) -> Any:
         return value
     if _is_number(value):
         return value
-    if isinstance(value, (list, tuple)) and all(map(_is_number, value)):
-        if len(value) > 1 and len(set(value)) == len(value):
-            return value
-        raise ValueError("a list has at least two different microphones")
+    is_list = isinstance(value, (list, tuple)) and all(map(_is_number, value))
+    if is_list and len(value) > 1 and len(set(value)) == len(value):
+        return value
     raise ValueError("not a microphone: use its number, counted from 1, a list of numbers, or mean")
 
 

@@ -163,7 +163,10 @@ def test_other_values_of_the_option_are_one_line(ajgdata, src, value):
     refused = ajgdata("import", src, "--dataset", "mine", f"--microphone={value}")
     assert refused.code == 1
     assert refused.err.count("\n") == 1
-    assert "not a microphone: use its number, counted from 1, or mean" in refused.text
+    assert (
+        "not a microphone: use its number, counted from 1, a list of numbers, or mean"
+        in refused.text
+    )
 
 
 @pytest.mark.parametrize("value", ["true", "false", "0", "-1", "1.5", "1.0", "'1'", "mono", "[1]"])
@@ -174,7 +177,10 @@ def test_other_values_in_dataset_yaml_are_one_line(ajgdata, paths, value):
     assert refused.code == 1
     assert refused.err.count("\n") == 1
     assert "dataset.yaml:3: audio.microphone" in refused.text
-    assert "not a microphone: use its number, counted from 1, or mean" in refused.text
+    assert (
+        "not a microphone: use its number, counted from 1, a list of numbers, or mean"
+        in refused.text
+    )
 
 
 @pytest.mark.parametrize(

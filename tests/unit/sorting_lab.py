@@ -64,7 +64,7 @@ class Scripted:
         self.references = []
         self.received = []
 
-    def predict(self, waveform, sample_rate_hz):
+    def predict(self, waveform, sample_rate_hz, played=None):
         assert sample_rate_hz == RATE_HZ
         self.received.append(waveform)
         return self.predictions.pop(0) if len(self.predictions) > 1 else self.predictions[0]
@@ -73,7 +73,7 @@ class Scripted:
     def has_references(self):
         return bool(self.references)
 
-    def feature(self, waveform, sample_rate_hz):
+    def feature(self, waveform, sample_rate_hz, played=None):
         return np.abs(np.fft.rfft(waveform[:256])).astype(np.float32)
 
     def with_references(self, features):

@@ -12,7 +12,7 @@ import yaml
 from ajgdata.paths import Paths
 from ajgdata.pipeline.feature_file import build_feature_file
 from ajgdata.store.audio import write_pcm24
-from ajgdata.store.code_hash import code_hash
+from ajgdata.store.code_hash import features_code
 from ajgdata.store.features import FeatureRows, read_store
 from ajgdata.store.findings import read_findings
 from ajgdata.store.sessions import write_session
@@ -122,7 +122,7 @@ class Project:
             audio=audio,
             features=features,
             targets=targets or {"edge_mm": Target(kind="regression", unit="mm")},
-            code=code or code_hash("features"),
+            code=code or features_code(features),
             store=self.paths.features("d"),
             quarantine=self.paths.quarantine("d"),
             hashes=self.paths.session_hashes("d"),

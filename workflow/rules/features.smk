@@ -19,7 +19,7 @@ rule features:
         features=setting("features"),
         targets=label_targets,
         tables=session_tables,
-        code=lambda wildcards: code_hash("features"),
+        code=lambda wildcards: features_code(SPECS[wildcards.dataset].features),
     message:
         "Spectra and labels of {wildcards.dataset}"
     script:
