@@ -331,7 +331,7 @@ def test_a_sound_card_does_not_record_into_a_data_set_of_microphone_2(ajgdata, p
     paths.dataset("mine").write_text(yaml.safe_dump(content))
     refused = ajgdata("record", "mine", "--device", "x", "--microphone", 2, "--yes")
     assert refused.code == 1
-    assert "its files have microphone 2, and a sound card writes one channel" in refused.text
+    assert "audio.microphone is 2, and a sound card writes one channel" in refused.text
     assert not paths.recordings("mine").exists()
 
 
