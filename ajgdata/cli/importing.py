@@ -76,7 +76,7 @@ def import_command(
     object_: ObjectOption = "",
     segments: SegmentsOption = None,
     period: Annotated[
-        float | None, typer.Option(help="length of the segments in s, in each file or label")
+        float | None, typer.Option(help="length of segments in s, per file or label")
     ] = None,
     offset: Annotated[
         float | None, typer.Option(help="time before the first segment in s, with --period")

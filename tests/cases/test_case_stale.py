@@ -89,7 +89,7 @@ def test_an_edited_session_a_new_session_and_a_removed_session_are_changes(impor
 def test_settings_and_code_are_changes(imported, monkeypatch):
     file = imported.dataset(NAME)
     file.write_text(file.read_text(encoding="utf-8") + "features: {hop: 256}\n", encoding="utf-8")
-    monkeypatch.setattr("ajgdata.store.freshness.code_hash", lambda kind: "another")
+    monkeypatch.setattr("ajgdata.store.freshness.features_code", lambda features: "another")
     assert changes(imported) == [
         "`features` of dataset.yaml changed",
         "the code that computes features, or a library, changed",

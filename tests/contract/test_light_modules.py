@@ -78,7 +78,7 @@ LIGHT = {
 }
 #: Packages that are only imported inside functions, because few calls need them: torch, umap and
 #: matplotlib take seconds, sounddevice needs PortAudio, and av is optional.
-LATE = {"av", "torch", "umap", "matplotlib", "sounddevice"}
+LATE = {"av", "onnxruntime", "torch", "umap", "matplotlib", "sounddevice"}
 #: Parts of the package that import inside functions, with the reason.
 LATE_PARTS = {
     "cli": "`ajgdata --help` must answer at once, and each command needs other modules",

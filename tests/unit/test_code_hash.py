@@ -228,6 +228,6 @@ def test_an_own_model_includes_the_modules_that_it_imports_from_its_package(
 ):
     (own_package / "models.py").write_text("from own_lab.helpers import scale\nimport numpy\n")
     point = EntryPoint("own", "own_lab.models:make", "ajgdata.models")
-    monkeypatch.setattr(module, "OWN_MODELS", [point])
-    assert [file.name for file in module._own_models()] == ["helpers.py", "models.py"]
-    assert {file.parent for file in module._own_models()} == {own_package}
+    files = module._own_files([point])
+    assert [file.name for file in files] == ["helpers.py", "models.py"]
+    assert {file.parent for file in files} == {own_package}
