@@ -87,7 +87,7 @@ def import_command(
     ] = False,
     on_change: OnChangeOption = OnChange.KEEP,
     microphone: Annotated[
-        str, typer.Option(help="channel of the files: number from 1, numbers (1,2), all, or mean")
+        str, typer.Option(help="channel: number from 1, numbers 1,2, all or mean")
     ] = "",
     everything: AllOption = False,
 ) -> None:
