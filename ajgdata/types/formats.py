@@ -93,7 +93,7 @@ SESSION_FORMAT = FileFormat(
 FEATURES_FORMAT = FileFormat(
     files="feature files",
     place="attribute `format`",
-    history=("spectra (recording, frequency) and labels along `recording`",),
+    history=("features (recording, …) and labels along `recording`",),
     is_result=True,
 )
 LATENTS_FORMAT = FileFormat(
