@@ -186,10 +186,9 @@ def table(model: Model) -> list[str]:
 def workflow_table() -> list[str]:
     """The keys of the workflow's own settings."""
     schema = yaml.safe_load((ROOT / "workflow/schemas/config.schema.yaml").read_text())
-    defaults = yaml.safe_load((ROOT / "config/config.yaml").read_text())
     rows = ["| key | default | meaning |", "|---|---|---|"]
     for key, setting in schema["properties"].items():
-        default = json.dumps(defaults[key])
+        default = json.dumps(setting["default"])
         meaning = " ".join(setting["description"].split())
         rows.append(f"| `{key}` | `{default}` | {meaning} |")
     return rows

@@ -55,15 +55,14 @@ def check(
         say(f"not fetched, so not checked: {', '.join(absent)}")
     names = dataset or [name for name in list_datasets(paths) if name not in absent]
     n_recordings = 0
-    issues: list[Finding] = []
     issues_by_set: dict[str, list[Finding]] = {}
     counts = IssueCounts()
     for name in dict.fromkeys(names):
         n_recordings_of_set, issues_of_set = validate_dataset(paths, name)
         n_recordings += n_recordings_of_set
-        issues += issues_of_set
         issues_by_set[name] = issues_of_set
         counts += issue_counts(issues_of_set)
+    issues = [issue for issues_of_set in issues_by_set.values() for issue in issues_of_set]
     if as_json:
         print_json(
             {

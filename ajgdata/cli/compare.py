@@ -58,7 +58,7 @@ def compare(
 
 def _list_changes(old: Path, new: Path, *, as_json: bool) -> bool:
     """Print the rows that differ between two runs; return whether there are none."""
-    from ajgdata.pipeline.compare_runs import CHANGES, compare_metrics, read_scores
+    from ajgdata.pipeline.compare_rows import CHANGES, compare_metrics, read_scores
 
     old_rows = read_scores(old)
     new_rows = read_scores(new)

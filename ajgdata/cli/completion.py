@@ -1,8 +1,9 @@
 """Completion of arguments by the tab key; `ajgdata --install-completion` adds it to a shell."""
 
-from ajgdata.paths import find_project
+from collections.abc import Callable
+
+from ajgdata.paths import Paths, find_project
 from ajgdata.store.sessions import list_datasets
-from ajgdata.store.sources import list_sources
 
 
 def dataset_names(incomplete: str) -> list[str]:
@@ -10,11 +11,7 @@ def dataset_names(incomplete: str) -> list[str]:
 
     Outside a project, the list is empty.
     """
-    try:
-        paths = find_project()
-    except FileNotFoundError:
-        return []
-    return [name for name in list_datasets(paths) if name.startswith(incomplete)]
+    return _names(list_datasets, incomplete)
 
 
 def source_names(incomplete: str) -> list[str]:
@@ -22,8 +19,15 @@ def source_names(incomplete: str) -> list[str]:
 
     Outside a project, the list is empty.
     """
+    from ajgdata.store.sources import list_sources  # imports the packages for downloads
+
+    return _names(list_sources, incomplete)
+
+
+def _names(list_names: Callable[[Paths], list[str]], incomplete: str) -> list[str]:
+    """Return the names in the project that begin with `incomplete`; none outside a project."""
     try:
         paths = find_project()
     except FileNotFoundError:
         return []
-    return [name for name in list_sources(paths) if name.startswith(incomplete)]
+    return [name for name in list_names(paths) if name.startswith(incomplete)]

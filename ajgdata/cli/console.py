@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import sys
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
@@ -61,7 +60,9 @@ def print_json(document: Mapping[str, Any]) -> None:
 
     The keys keep their order. JSON has no NaN and no infinity: these numbers become null.
     """
-    content = _with_null(document)
+    from ajgdata.store.tables import plain
+
+    content = plain(document)
     indent = 2 if sys.stdout.isatty() else None
     text = json.dumps(content, ensure_ascii=False, indent=indent)
     try:
@@ -69,17 +70,6 @@ def print_json(document: Mapping[str, Any]) -> None:
     except UnicodeEncodeError:  # for example on Windows, if the output is a pipe
         text = json.dumps(content, indent=indent)
     print(text, flush=True)
-
-
-def _with_null(value: Any) -> Any:
-    """Return a value of JSON with None in place of numbers that are NaN or infinite."""
-    if isinstance(value, Mapping):
-        return {key: _with_null(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_with_null(item) for item in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
 
 
 def shortened(lines: Iterable[tuple[str, str]], *, everything: bool) -> Iterator[tuple[str, str]]:

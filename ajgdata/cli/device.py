@@ -10,7 +10,7 @@ from rich.markup import escape
 from ajgdata.acquire.signals import ended_by_signals
 from ajgdata.cli.completion import dataset_names
 from ajgdata.cli.console import ATTENTION, JsonOption, err, out, print_facts, print_json, say, warn
-from ajgdata.paths import find_project
+from ajgdata.paths import Paths, find_project
 from ajgdata.types import DataError, checked
 from ajgdata.types.extras import require_extra
 
@@ -109,6 +109,22 @@ def _print_check(result: CardCheck) -> None:
         say("[green]good        [/] the card is ready: record")
 
 
+def project_for(source: str, device: str) -> Paths:
+    """Return the project of a command that records with a sound card or the virtual gripper.
+
+    Raises DataError for an unknown source, and for a sound card without its packages or `device`.
+    """
+    if source not in ("soundcard", "virtual"):
+        raise DataError("--source", f"unknown value {source!r}", "use soundcard or virtual")
+    paths = find_project()
+    if source == "soundcard":
+        require_extra("live", "--source soundcard")
+        if not device:
+            fix = 'add --device "…" (see `ajgdata device list`), or --source virtual'
+            raise DataError("--source soundcard", "requires a device", fix)
+    return paths
+
+
 def record(
     dataset: Annotated[
         str, typer.Argument(help="data set with a protocol", autocompletion=dataset_names)
@@ -130,14 +146,7 @@ def record(
     from ajgdata.acquire.operator import Operator, Unattended
     from ajgdata.pipeline.acquire_live import acquire_live
 
-    if source not in ("soundcard", "virtual"):
-        raise DataError("--source", f"unknown value {source!r}", "use soundcard or virtual")
-    paths = find_project()
-    if source == "soundcard":
-        require_extra("live", "--source soundcard")
-    if source == "soundcard" and not device:
-        fix = 'add --device "…" (see `ajgdata device list`), or --source virtual'
-        raise DataError("--source soundcard", "requires a device", fix)
+    paths = project_for(source, device)
     if source == "virtual":
         require_extra("simulate", "--source virtual")
         of_card = {

@@ -8,9 +8,9 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Sequence
-from importlib.util import find_spec
 from itertools import takewhile
 from pathlib import Path
+from pkgutil import iter_modules
 from typing import Annotated
 
 import typer
@@ -144,7 +144,8 @@ def utf8_environment() -> dict[str, str]:
 def check_console() -> None:
     """Raise DataError if Snakemake or the logger plugin of the profiles is not installed."""
     require_extra("workflow", "the workflow")
-    if find_spec("snakemake_logger_plugin_job_lines") is None:
+    # Snakemake finds plugins by these names, and not the modules of an editable installation.
+    if "snakemake_logger_plugin_job_lines" not in {module.name for module in iter_modules()}:
         fix = 'run `pip install "ajgdata[workflow]"`, or `make env` in a clone'
         raise DataError("Snakemake", "its logger plugin job-lines is not installed", fix)
 
@@ -172,11 +173,6 @@ def with_datasets(names: Sequence[str], options: Sequence[str]) -> list[str]:
         raise DataError("--config", problem, "call snakemake with your own --config")
     datasets = f"datasets=[{','.join(names)}]"
     return [*options, "--config", datasets, "alone=True", "pages=[]", "publish=[]"]
-
-
-def snakefile_of(paths: Paths) -> Path:
-    """Return the Snakefile of the project, or else that of the package."""
-    return paths.snakefile if paths.snakefile.is_file() else SNAKEFILE
 
 
 def snakemake_command(paths: Paths, names: Sequence[str], options: Sequence[str]) -> list[str]:

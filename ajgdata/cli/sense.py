@@ -18,11 +18,10 @@ from ajgdata.acquire.robot import RobotGrasp
 from ajgdata.acquire.signals import ended_by_signals
 from ajgdata.cli.completion import dataset_names
 from ajgdata.cli.console import JsonOption, out, print_json, say
-from ajgdata.cli.device import CARD_PANEL, OutputChannel
-from ajgdata.paths import find_project
+from ajgdata.cli.device import CARD_PANEL, OutputChannel, project_for
+from ajgdata.paths import Paths
 from ajgdata.store.sessions import read_dataset
 from ajgdata.types import DataError, PassiveRecording
-from ajgdata.types.extras import require_extra
 from ajgdata.types.protocol import NOTHING
 
 if TYPE_CHECKING:
@@ -86,14 +85,7 @@ def sense(
     as_json: JsonOption = False,
 ) -> None:
     """Classify the object in the gripper."""
-    if source not in ("soundcard", "virtual"):
-        raise DataError("--source", f"unknown value {source!r}", "use soundcard or virtual")
-    find_project()  # before problems with the device
-    if source == "soundcard":
-        require_extra("live", "--source soundcard")
-    if source == "soundcard" and not device:
-        fix = 'add --device "…" (see `ajgdata device list`), or --source virtual'
-        raise DataError("--source soundcard", "requires a device", fix)
+    paths = project_for(source, device)
     if source == "soundcard" and objects:
         raise DataError("--object", "is only used with --source virtual", "remove it")
     card: dict[str, Any] = {"device": device, "output_channel": output_channel}
@@ -103,6 +95,7 @@ def sense(
         seed = secrets.randbelow(2**31)
     with stopped_by_hand():
         _sense(
+            paths,
             dataset,
             task,
             model,
@@ -125,6 +118,7 @@ def stopped_by_hand() -> Iterator[None]:
 
 
 def _sense(
+    paths: Paths,
     dataset: str,
     task: str,
     model: str,
@@ -147,17 +141,19 @@ def _sense(
     from ajgdata.loading import load_predictor
     from ajgdata.pipeline.acquire_live import VIRTUAL, open_hands
 
-    paths = find_project()
     spec = read_dataset(paths, dataset)
     model = model or spec.default_model(task)
     predictor = load_predictor(dataset, task, model, paths.root)
     if source == VIRTUAL and spec.recipe and not objects:
         objects = [item.name for item in spec.recipe.objects]
     played: Sound
+    samples = None  # of the played sound
+    waiting_text = ""
     if isinstance(spec.excitation, PassiveRecording):
         played = spec.excitation
+        waiting_text = played.waiting_text
     else:
-        played = np.asarray(excitation_of(paths, spec), np.float32)
+        played = samples = np.asarray(excitation_of(paths, spec), np.float32)
     generator = np.random.default_rng(seed)
     hands = open_hands(
         paths,
@@ -181,14 +177,11 @@ def _sense(
                     force_n=_FORCE_N,
                 )
                 robot.move("approach", **vars(grasp))
-            if isinstance(played, PassiveRecording) and not as_json:
-                say(f"[dim]{played.waiting_text}[/dim]")
+            if waiting_text and not as_json:
+                say(f"[dim]{waiting_text}[/dim]")
             start = time.perf_counter()
             capture = opened_card.take(played)
-            played_samples = None if isinstance(played, PassiveRecording) else played
-            prediction = predictor.predict(
-                capture.samples, predictor.sample_rate_hz, played_samples
-            )
+            prediction = predictor.predict(capture.samples, predictor.sample_rate_hz, samples)
             seconds = time.perf_counter() - start
             if as_json:
                 print_json(

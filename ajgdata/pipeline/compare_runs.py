@@ -10,21 +10,18 @@ from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
 
-import pandas as pd
-
 from ajgdata.evaluate.fold_tests import paired_fold_test
 from ajgdata.evaluate.metrics import LOWER_IS_BETTER, METRICS
 from ajgdata.experiments.scores import is_fold
 from ajgdata.paths import Paths
-from ajgdata.store.metrics import COST, KEYS, read_metrics, read_predictions
-from ajgdata.types import CROSS_VALIDATION, DataError, NotPossibleError
+from ajgdata.pipeline.compare_rows import TOLERANCE, read_scores, results_folder
+from ajgdata.store.metrics import KEYS, read_predictions
+from ajgdata.types import CROSS_VALIDATION, NotPossibleError
 
-#: Largest relative difference of equal values.
-TOLERANCE = 1e-6
-#: Values of the column `change`, by the tables that have the row (names of pandas).
-CHANGES = {"left_only": "removed", "right_only": "new", "both": "changed"}
 #: Metrics that cross-validation computes in each fold.
 FOLD_METRICS = (*METRICS["regression"], *METRICS["classification"])
+#: Columns of predictions.csv that identify the predictions of a score.
+PART = ("dataset", "task", "model", "split", "test_set", "target_values")
 
 
 class ScoreName(NamedTuple):
@@ -47,14 +44,7 @@ class ScoreName(NamedTuple):
     @property
     def part(self) -> tuple[str, ...]:
         """Return the columns of predictions.csv that identify the predictions of the score."""
-        return (
-            self.dataset,
-            self.task,
-            self.model,
-            self.split,
-            self.test_set,
-            self.target_values,
-        )
+        return tuple(getattr(self, name) for name in PART)
 
     @property
     def mean(self) -> ScoreName:
@@ -105,47 +95,6 @@ class ComparedScore(NamedTuple):
     differs: bool
 
 
-def read_scores(folder: Path) -> pd.DataFrame:
-    """Return the columns KEYS and `value` of metrics.csv, without the rows on time and memory.
-
-    Raises DataError if the table is missing, if another version of ajgdata wrote it, or if two rows
-    have the same keys.
-    """
-    table = _results(folder) / Paths().metrics_table.name
-    metrics = read_metrics(table)
-    scores = metrics.loc[metrics["statistic"] != COST, [*KEYS, "value"]]
-    repeated = scores.loc[scores.duplicated(list(KEYS)), list(KEYS)]
-    if len(repeated):
-        cells = repeated.iloc[0].dropna().astype(str)
-        name = " ".join(cells[cells != ""])
-        raise DataError(table, f"has two rows for {name!r}", "run `snakemake` again")
-    return scores
-
-
-def _results(folder: Path) -> Path:
-    """Return the folder `results/` in a folder, or else the folder itself."""
-    results = Paths(folder).results
-    return results if results.is_dir() else folder
-
-
-def compare_metrics(old: pd.DataFrame, new: pd.DataFrame) -> pd.DataFrame:
-    """Return the rows that differ between two tables of `read_scores`.
-
-    The columns are KEYS, `change` (removed, new or changed), `value_old`, `value_new` and
-    `relative_difference`.
-    """
-    keys = list(KEYS)
-    rows = old.merge(new, on=keys, how="outer", suffixes=("_old", "_new"), indicator="change")
-    rows["change"] = rows["change"].astype(str).map(CHANGES)
-    before = rows["value_old"]
-    after = rows["value_new"]
-    larger = pd.concat([before.abs(), after.abs()], axis=1).max(axis=1)
-    rows["relative_difference"] = (after - before).abs() / larger
-    both_undefined = (rows["change"] == "changed") & before.isna() & after.isna()
-    is_equal = (before == after) | (rows["relative_difference"] <= TOLERANCE) | both_undefined
-    return rows[~is_equal].sort_values(["change", *keys], kind="stable")
-
-
 def read_run(folder: Path) -> Run:
     """Return the run in a results folder, or in a folder that contains `results/`.
 
@@ -158,17 +107,10 @@ def read_run(folder: Path) -> Run:
         zip(map(ScoreName._make, names), table["value"].astype(float).tolist(), strict=True)
     )
     tested: dict[tuple[str, ...], set[tuple[str, str]]] = defaultdict(set)
-    predictions = _results(folder) / Paths().predictions.name
+    predictions = results_folder(folder) / Paths().predictions.name
     if predictions.is_file():
         for row in read_predictions(predictions):
-            part = (
-                row["dataset"],
-                row["task"],
-                row["model"],
-                row["split"],
-                row["test_set"],
-                row["target_values"],
-            )
+            part = tuple(row[name] for name in PART)
             tested[part].add((row["recording"], row["fold"]))
     return Run(folder, scores, {part: frozenset(pairs) for part, pairs in tested.items()})
 

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import contextlib
 import functools
 import hashlib
 import json
 import platform
 import re
 import subprocess
-from importlib.metadata import PackageNotFoundError, requires, version
+from importlib.metadata import requires, version
 from typing import Any
 
 from pydantic import BaseModel
 
 from ajgdata.paths import PACKAGE
+from ajgdata.types.extras import installed_version
 
 
 @functools.cache
@@ -33,11 +33,10 @@ def software() -> dict[str, str]:
 def environment() -> dict[str, Any]:
     """Return the versions of Python and of the installed dependencies, with those of the extras."""
     dependencies = {re.split(r"[^A-Za-z0-9._-]", line)[0] for line in requires(PACKAGE.name) or ()}
-    versions = {}
-    for name in sorted(dependencies - {PACKAGE.name}):  # an extra may include other extras
-        with contextlib.suppress(PackageNotFoundError):
-            versions[name] = version(name)
-    return {"python": platform.python_version(), "packages": versions}
+    names = sorted(dependencies - {PACKAGE.name})  # an extra may include other extras
+    versions = {name: installed_version(name) for name in names}
+    installed = {name: text for name, text in versions.items() if text}
+    return {"python": platform.python_version(), "packages": installed}
 
 
 def commit_date() -> str:

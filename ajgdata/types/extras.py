@@ -7,6 +7,7 @@ list them.
 
 from __future__ import annotations
 
+import functools
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -28,6 +29,7 @@ def extras() -> list[str]:
     return metadata(PACKAGE).get_all("Provides-Extra") or []
 
 
+@functools.cache
 def packages_of(extra: str) -> list[str]:
     """Return the packages of an extra, with those of the other extras that it includes."""
     packages = []

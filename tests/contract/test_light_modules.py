@@ -134,7 +134,7 @@ def test_what_snakemake_parses_is_light(run_python):
 
 def test_the_command_line_starts_light(run_python):
     loaded = roots(loaded_by(run_python, "import ajgdata.cli"))
-    assert loaded & (HEAVY | {"numpy"}) == {"rich"}
+    assert loaded & (HEAVY | {"numpy", "pooch", "requests"}) == {"rich"}
 
 
 TREES = modules()
