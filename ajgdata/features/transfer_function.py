@@ -39,10 +39,12 @@ def transfer_functions(sound: FeatureInput, settings: TransferFunctionSettings) 
         reference = sound.samples[number]
         rows = [row for row in range(len(sound.samples)) if row != number]
     band = band_bins(sound.sample_rate_hz, settings)
+    x = short_time_transform(reference, settings)
     values = []
     coherent_shares = []
     for row in rows:
-        estimate, coherence = h1(reference, sound.samples[row], settings)
+        y = short_time_transform(sound.samples[row], settings)
+        estimate, coherence = _h1(x, y)
         is_coherent = coherence[band] >= settings.least_coherence
         if not is_coherent.any():
             raise ValueError(
@@ -76,7 +78,11 @@ def h1(
     (0.5, 1.0)
     """
     x = short_time_transform(reference, settings)
-    y = short_time_transform(response, settings)
+    return _h1(x, short_time_transform(response, settings))
+
+
+def _h1(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return H1 and coherence of transforms (frames, bins) of the reference and the response."""
     power_x = np.square(np.abs(x)).sum(axis=0)
     power_y = np.square(np.abs(y)).sum(axis=0)
     cross = (np.conj(x) * y).sum(axis=0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pkgutil import resolve_name
 from typing import Any, get_args
 
@@ -48,9 +49,7 @@ def make_model(
     if period is not None:
         return _circular(estimator, period, model.several)
     if axes > 1 and not model.several:
-        if isinstance(estimator, Tuned):
-            return estimator.wrapped(MultiOutputRegressor)
-        return MultiOutputRegressor(estimator)
+        return _wrapped(estimator, MultiOutputRegressor)
     return estimator
 
 
@@ -64,6 +63,15 @@ def _circular(estimator: BaseEstimator, period: float, several: bool) -> BaseEst
     def wrap(regressor: BaseEstimator) -> BaseEstimator:
         return Circular(regressor if several else MultiOutputRegressor(regressor), period)
 
+    return _wrapped(estimator, wrap, period)
+
+
+def _wrapped(
+    estimator: BaseEstimator,
+    wrap: Callable[[BaseEstimator], BaseEstimator],
+    period: float | None = None,
+) -> BaseEstimator:
+    """Return an estimator in another one. Of a tuned model, this wraps each candidate."""
     if isinstance(estimator, Tuned):
         return estimator.wrapped(wrap, period)
     return wrap(estimator)

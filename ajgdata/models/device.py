@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 
 from ajgdata.types import DataError
-from ajgdata.types.extras import missing_packages, require_extra
+from ajgdata.types.extras import installed_version, require_extra
 
 CPU = "cpu"
 CUDA = "cuda"
@@ -33,7 +33,7 @@ def _available(device: str) -> str:
     """Return `cpu` or `cuda` for a setting."""
     if device == CPU:
         return CPU  # without an import of torch, which most jobs do not need
-    if "torch" not in missing_packages("cnn"):
+    if installed_version("torch"):
         import torch
 
         if torch.cuda.is_available():

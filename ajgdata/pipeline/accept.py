@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ajgdata.paths import RECORDINGS_FILE, Paths
 from ajgdata.pipeline.progress import tracked
-from ajgdata.store.audio import check_decodable, file_sha256
+from ajgdata.store.audio import FileHashes, check_decodable
 from ajgdata.store.files import csv_bytes, read_csv, write_bytes
 from ajgdata.store.lock import locked
 from ajgdata.store.sessions import (
@@ -73,15 +73,13 @@ def _accept_session(folder: Path) -> tuple[list[Accepted], list[NotAccepted]]:
         return [], []
     accepted = []
     not_accepted = []
-    digests: dict[str, str] = {}
+    hashes = FileHashes()
     decodable: set[str] = set()
     for recording in tracked(recordings, f"reading {folder.name}"):
         identity = (folder.name, recording.recording_id)
         try:
             path = audio_path(folder, session, recording)
-            if recording.file not in digests:
-                digests[recording.file] = file_sha256(path)
-            digest = digests[recording.file]
+            digest = hashes[path]
             if digest == recording.sha256:
                 continue
             if recording.file not in decodable:

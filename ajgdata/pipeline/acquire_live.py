@@ -45,7 +45,7 @@ from ajgdata.types.documentation import documentation
 from ajgdata.types.names import checked_name
 from ajgdata.types.protocol import RobotProgram
 from ajgdata.types.recipe import Recipe, RecipeObject
-from ajgdata.types.settings import Microphone
+from ajgdata.types.settings import Microphone, as_written
 
 SOUNDCARD = "soundcard"
 VIRTUAL = "virtual"
@@ -283,8 +283,7 @@ def _card_microphone(paths: Paths, spec: DatasetSpec, microphone: Microphone) ->
 def _check_recordable(path: Path, audio: AudioSettings) -> None:
     """Raise DataError if a data set declares another channel than that of a sound card."""
     if audio.microphone not in (None, 1):
-        microphone = audio.microphone
-        written = list(microphone) if isinstance(microphone, tuple) else microphone
+        written = as_written(audio.microphone)
         problem = f"audio.microphone is {written}, and a sound card writes one channel"
         fix = "record into another data set; `ajgdata record --microphone` chooses the input"
         raise DataError(path, problem, fix)

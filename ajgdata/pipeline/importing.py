@@ -106,11 +106,14 @@ def import_folder(
 
 def _chosen(options: ImportSettings | None, declared: DatasetSpec | None) -> ImportSettings:
     """Return the given settings, completed by dataset.yaml or by the starter kit's convention."""
-    if options is None:
-        return declared.imports if declared else ImportSettings(pattern="starter-kit")
-    before = ImportSettings(pattern="" if options.segments else "starter-kit")
     if declared:
         before = declared.imports
+    elif options is not None and options.segments:
+        before = ImportSettings()
+    else:
+        before = ImportSettings(pattern="starter-kit")
+    if options is None:
+        return before
     if options.pattern or options.table:  # the stored settings are for another way of reading
         return options.model_copy(update={"join": before.join})
     given = options.model_dump(exclude_defaults=True)

@@ -207,9 +207,10 @@ def _listed(reason: str, words: str) -> list[str]:
 
 def _producers(files: Sequence[str], job: PlannedJob, jobs: Sequence[PlannedJob]) -> list[str]:
     """Return the names of the results that contain `files`, with the data set if it is another."""
+    wanted = set(files)
     names = []
-    for other in jobs:
-        if set(other.outputs).intersection(files):
+    for other in jobs if wanted else ():
+        if not wanted.isdisjoint(other.outputs):
             is_same = other.dataset in ("", job.dataset)
             names.append(other.name if is_same else f"{other.name} of {other.dataset}")
     return list(dict.fromkeys(names))

@@ -15,7 +15,7 @@ from ajgdata.pipeline.progress import tracked
 from ajgdata.pipeline.published_version import check_version
 from ajgdata.pipeline.session_differences import check_equal, read_session_tables
 from ajgdata.report import card
-from ajgdata.store.audio import file_sha256, segment_bytes
+from ajgdata.store.audio import FileHashes, file_sha256, segment_bytes
 from ajgdata.store.code_hash import code_hash
 from ajgdata.store.features import FeatureRows, read_store, text_column
 from ajgdata.store.files import copy, json_bytes, replacing_folder, sha256_of, yaml_bytes
@@ -168,13 +168,11 @@ def _with_published_hashes(contents: _Contents) -> FeatureRows:
     """
     store = contents.store
     hashes = dict(zip(contents.recordings, store.columns["sha256"].values.tolist(), strict=True))
-    digests: dict[Path, str] = {}
+    present = FileHashes()
     for name, (recording, path) in contents.recordings.items():
         if recording.segment == WHOLE_FILE:
             continue
-        if path not in digests:
-            digests[path] = file_sha256(path)
-        if digests[path] != hashes[name]:
+        if present[path] != hashes[name]:
             raise _changed(contents, path)
         hashes[name] = sha256_of(segment_bytes(path, recording.segment))
     meaning = store.columns["sha256"].attrs["long_name"]

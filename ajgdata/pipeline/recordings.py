@@ -14,7 +14,7 @@ import numpy as np
 
 from ajgdata.features.checks import check_audio
 from ajgdata.paths import Paths
-from ajgdata.store.audio import AudioError, Remark, file_sha256, read_audio
+from ajgdata.store.audio import AudioError, FileHashes, Remark, read_audio
 from ajgdata.store.session_audio import PlayedFile, check_unchanged, checked_sha256
 from ajgdata.store.sessions import audio_path, read_recordings, read_session
 from ajgdata.types import (
@@ -94,7 +94,7 @@ class RecordingReader:
 
         Raises NotPossibleError for a recording that cannot be used, or whose file was edited.
         """
-        digests: dict[Path, str] = {}
+        hashes = FileHashes()
         for name in names:
             session, _, recording_id = name.partition("/")
             declared, rows = self._session(dataset, session)
@@ -102,9 +102,7 @@ class RecordingReader:
             folder = self._paths.session(dataset, session)
             try:
                 path = audio_path(folder, declared, row)
-                if path not in digests:
-                    digests[path] = file_sha256(path)
-                check_unchanged(path, digests[path], row.sha256, dataset)
+                check_unchanged(path, hashes[path], row.sha256, dataset)
             except DataError as error:
                 raise NotPossibleError(f"recording {name!r}: {error.problem}") from None
             audio = self._audio[dataset]

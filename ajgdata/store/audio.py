@@ -32,6 +32,7 @@ from ajgdata.types.settings import (
     HIGHEST_RATE_HZ,
     LOWEST_RATE_HZ,
     Microphone,
+    as_written,
     microphone_text,
     numbers_of,
 )
@@ -258,6 +259,8 @@ def _segment_samples(path: Path, file: OpenFile, first: int, end: int) -> Float3
         file.seek(first)
         samples: Float32 = file.read(end - first, dtype="float32", always_2d=True)
         return samples
+    if isinstance(file, ffmpeg.DecodedFile):
+        return file.samples[first:end]
     return _all_samples(path, *_state(path))[first:end]
 
 
@@ -408,13 +411,8 @@ def _used_channels(samples: Float32, microphone: Microphone) -> tuple[Float32, l
     if count == 1 or numbers == tuple(range(1, count + 1)):
         return samples, []
     problem = f"uses {microphone_text(microphone)} of {count} channels"
-    fix = f"nothing to do: audio.microphone is {_as_written(microphone)}"
+    fix = f"nothing to do: audio.microphone is {as_written(microphone)}"
     return samples, [Remark("note", "channel_converted", problem, fix)]
-
-
-def _as_written(microphone: Microphone) -> object:
-    """Return a microphone as dataset.yaml writes it: a tuple is a list."""
-    return list(microphone) if isinstance(microphone, tuple) else microphone
 
 
 def _levels_db(channels: Float32) -> tuple[float, ...]:
@@ -466,6 +464,18 @@ def pcm24_bytes(samples: NDArray[Any], sample_rate_hz: int, comment: str = "") -
             file.comment = comment
         file.write(codes.astype(np.int32) << 8)  # libsndfile takes the upper 24 of 32 bits
     return stream.getvalue()
+
+
+class FileHashes(dict[Path, str]):
+    """The sha256 of files by path. Each file is read when its hash is first used.
+
+    Raises AudioError if the file cannot be read.
+    """
+
+    def __missing__(self, path: Path) -> str:
+        """Read the file, and store its hash."""
+        self[path] = file_sha256(path)
+        return self[path]
 
 
 def file_sha256(path: Path) -> str:

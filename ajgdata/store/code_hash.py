@@ -36,7 +36,7 @@ _RECORDINGS = (
     "features/share.py",
     "features/spectrum.py",
     "pipeline/recordings.py",
-    "store/audio.py:read_audio,file_sha256",
+    "store/audio.py:FileHashes,file_sha256,read_audio",
     "store/feature_array.py",
     "store/ffmpeg.py",
     "store/files.py:numbered_rows,plain_text",
@@ -83,7 +83,7 @@ _SIMULATED = (
     "store/sessions.py:inside",
     "types/excitation.py",
     "types/recipe.py",
-    "types/settings.py:AudioSettings,Level",
+    "types/settings.py:AudioSettings,Level,as_written",
 )
 _MODELS = ("models/*.py", "types/registry.py")
 #: Features -> recordings of a task.
@@ -154,7 +154,7 @@ CODE: dict[str, tuple[str, ...]] = {
         "acquire/writer.py",
         "pipeline/planned_grasps.py",
         "pipeline/recipes.py:acquire_virtual",
-        "store/audio.py:SIMULATED,file_sha256,pcm24_bytes,write_pcm24",
+        "store/audio.py:FileHashes,SIMULATED,file_sha256,pcm24_bytes,write_pcm24",
         "store/files.py:numbered_rows,plain_text",
         "store/sessions.py:read_recordings,read_session,write_recordings,write_session",
         "types/issues.py:Finding",
@@ -246,7 +246,7 @@ CODE: dict[str, tuple[str, ...]] = {
         "report/marks.py",
         "report/render.py",
         "report/report_data.py:DatasetSummary,Illustration,IssueLine,Spectra,findings_by_code",
-        "store/audio.py:file_sha256,segment_bytes",
+        "store/audio.py:FileHashes,file_sha256,segment_bytes",
         "store/feature_array.py",
         "store/features.py",
         "store/ffmpeg.py",
@@ -361,9 +361,8 @@ def features_code(features: FeatureKind) -> str:
         kind = CodeSource(PACKAGE / "types" / "features.py", (own.__name__, "ShortTime"))
         added = [kind, *(CodeSource(PACKAGE / "features" / f"{name}.py") for name in KINDS[module])]
         return code_hash("features", *added)
-    files = [find_spec(module), find_spec(own.__module__)]
-    origins = [Path(spec.origin) for spec in files if spec and spec.origin]
-    return code_hash("features", *(CodeSource(file) for file in with_own_imports(origins)))
+    files = _files_of((module, own.__module__))
+    return code_hash("features", *(CodeSource(file) for file in files))
 
 
 #: Files in `features` of each kind of feature, by the module of its function.
@@ -469,7 +468,12 @@ def package_hash(*added: Path) -> str:
 
 def _own_files(points: Iterable[EntryPoint]) -> list[Path]:
     """Return the files of entry points in other packages, with what they import from there."""
-    specs = [find_spec(point.module) for point in points]
+    return _files_of(point.module for point in points)
+
+
+def _files_of(modules: Iterable[str]) -> list[Path]:
+    """Return the files of modules of other packages, with what they import from there."""
+    specs = [find_spec(module) for module in modules]
     return with_own_imports(Path(spec.origin) for spec in specs if spec and spec.origin)
 
 

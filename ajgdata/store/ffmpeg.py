@@ -102,6 +102,7 @@ def decode(stream: io.FileIO) -> DecodedFile:
     if len({part.shape[1] for part in parts}) > 1:
         raise DecodingError("its number of channels changes")
     samples = np.concatenate(parts) if parts else np.zeros((0, 1), np.float32)
+    samples.setflags(write=False)
     return DecodedFile(name, subtype, rate, samples)
 
 

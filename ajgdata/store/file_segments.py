@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ajgdata.store.files import plain_text, read_text
+from ajgdata.store.labels import number
 from ajgdata.types import WHOLE_FILE, DataError, Segment, SegmentSettings
 
 #: Names of the columns of a table with the start and the end of a segment, in lower case.
@@ -48,27 +49,28 @@ def read_label_track(path: Path) -> list[TrackLabel]:
     A line is start, end and label, with tabs between them. Lines that begin with a backslash have
     frequencies, and are ignored. Raises DataError for another line and for a file without labels.
     """
-    intervals: dict[TrackLabel, int] = {}
-    for number, line in enumerate(read_text(path).splitlines(), 1):
+    labels: list[TrackLabel] = []
+    line_of: dict[tuple[float, float], int] = {}  # the first line with these times
+    for line_number, line in enumerate(read_text(path).splitlines(), 1):
         if not line.strip() or line.startswith("\\"):
             continue
         cells = line.split("\t", maxsplit=2)
-        where = f"{path}:{number}"
+        where = f"{path}:{line_number}"
         if len(cells) < 2:
             problem = f"{line!r} is not start, end and label with tabs between them"
             raise DataError(where, problem, "export the labels in Audacity as a text file")
         start_s, end_s = (_time_s(where, cell) for cell in cells[:2])
         if end_s < start_s:
             raise DataError(where, "the label ends before it begins", "exchange both times")
-        interval = TrackLabel(start_s, end_s, plain_text(cells[2]) if len(cells) > 2 else "")
-        same = next((other for other in intervals if other[:2] == interval[:2]), None)
-        if same is not None:
-            problem = f"has the same times as line {intervals[same]}"
+        first = line_of.setdefault((start_s, end_s), line_number)
+        if first != line_number:
+            problem = f"has the same times as line {first}"
             raise DataError(where, problem, "remove one of the two labels")
-        intervals[interval] = number
-    if not intervals:
+        label = plain_text(cells[2]) if len(cells) > 2 else ""
+        labels.append(TrackLabel(start_s, end_s, label))
+    if not labels:
         raise DataError(path, "has no labels", "export the labels in Audacity as a text file")
-    return sorted(intervals)
+    return sorted(labels)
 
 
 def cut_track(path: Path, settings: SegmentSettings) -> list[tuple[Segment, str]]:
@@ -82,14 +84,11 @@ def cut_track(path: Path, settings: SegmentSettings) -> list[tuple[Segment, str]
     for interval in read_label_track(path):
         is_point = interval.start_s == interval.end_s
         segment = Segment(interval.start_s, interval.end_s)
-        if settings.period_s is None:
-            if is_point:
+        if is_point:
+            if settings.period_s is None:
                 problem = f"the label at {interval.start_s:g} s is a point"
                 fix = "drag it to an interval in Audacity, or add --period"
                 raise DataError(path, problem, fix)
-            segments.append((segment, interval.label))
-            continue
-        if is_point:
             end_s = interval.start_s + settings.offset_s + settings.period_s
             segment = Segment(interval.start_s, round(end_s, _DIGITS))
         parts = cut_by_period(segment, settings)
@@ -102,6 +101,8 @@ def cut_track(path: Path, settings: SegmentSettings) -> list[tuple[Segment, str]
 
 def cut_by_period(segment: Segment, settings: SegmentSettings) -> list[Segment]:
     """Return the complete periods of a segment, from `offset_s` after its start to its finite end.
+
+    Without a period, the segment is complete.
 
     >>> cut_by_period(Segment(10, 12.5), SegmentSettings(period_s=1, offset_s=0.25))
     [Segment(start_s=10.25, end_s=11.25), Segment(start_s=11.25, end_s=12.25)]
@@ -140,11 +141,10 @@ def take_segment(where: str, cells: Mapping[str, str]) -> tuple[Segment, dict[st
 def _time_s(where: str, text: str) -> float:
     """Return a time of a cell in s. Raises DataError for another text, and for a negative time."""
     try:
-        time_s = float(text)
+        time_s = number(text)
     except ValueError:
-        time_s = math.nan
-    if not math.isfinite(time_s) or "_" in text:
-        raise DataError(where, f"{text!r} is not a time", "write seconds, such as 12.5")
+        fix = "write seconds, such as 12.5"
+        raise DataError(where, f"{text!r} is not a time", fix) from None
     if time_s < 0:
         raise DataError(where, f"{text} s is before the file", "write times from 0 on")
     return time_s

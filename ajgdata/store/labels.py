@@ -157,23 +157,22 @@ def placement_name(row: Mapping[str, str]) -> str:
 def _standard(name: str, values: Sequence[str]) -> FeatureColumn:
     """Return a column that is not a target: text, times of segments, or numbers of a robot."""
     if name in SEGMENT_COLUMNS:
-        times = [number(text) if text else math.nan for text in values]
-        attrs = {"long_name": MEANINGS[name], "units": "s"}
-        return FeatureColumn(np.asarray(times, np.float64), attrs)
+        return _numbers(values, {"long_name": MEANINGS[name], "units": "s"})
     if is_robot_column(name) and any(values):
+        attrs = {"long_name": ROBOT_MEANING}
+        unit = robot_unit(name)
+        if unit:
+            attrs["units"] = unit
         with suppress(ValueError):
-            return _robot_column(name, [number(text) if text else math.nan for text in values])
+            return _numbers(values, attrs)
     attrs = {"long_name": MEANINGS[name]} if name in MEANINGS else {}
     return text_column(values, **attrs)
 
 
-def _robot_column(name: str, values: Sequence[float]) -> FeatureColumn:
-    """Return numbers of a robot's program with their unit, if the name has one."""
-    attrs = {"long_name": ROBOT_MEANING}
-    unit = robot_unit(name)
-    if unit:
-        attrs["units"] = unit
-    return FeatureColumn(np.asarray(values, np.float64), attrs)
+def _numbers(values: Sequence[str], attrs: Mapping[str, str]) -> FeatureColumn:
+    """Return a column of numbers, NaN for an empty cell. Raises ValueError for another text."""
+    numbers = [number(text) if text else math.nan for text in values]
+    return FeatureColumn(np.asarray(numbers, np.float64), attrs)
 
 
 def target_column(values: Sequence[float | str], target: Target) -> FeatureColumn:

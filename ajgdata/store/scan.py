@@ -5,6 +5,7 @@ This is the only module that reads labels from file names.
 
 from __future__ import annotations
 
+import functools
 import os
 import re
 from collections import Counter, defaultdict
@@ -450,6 +451,7 @@ def _cut(rows: Rows, settings: SegmentSettings, result: Scan) -> Rows:
     is not usable audio stays whole, and the import reports it.
     """
     cut: Rows = {}
+    length_of = functools.cache(_length_s)  # many intervals of a table are of one file
     for part, texts in rows.items():
         if settings.labels == "track":
             if any(column.lower() == "label" for column in texts):
@@ -463,25 +465,31 @@ def _cut(rows: Rows, settings: SegmentSettings, result: Scan) -> Rows:
             for segment, label in cut_track(track, settings):
                 cut[FilePart(part.path, segment)] = {**texts, "label": label}
             continue
-        segments = _periods(part, settings, result)
+        if settings.period_s is None:
+            cut[part] = texts
+            continue
+        segments = _periods(part, length_of(result.folder / part.path), settings)
+        if not segments:
+            result.remarks["failed"].append((part.text, "is shorter than --offset and --period"))
         cut.update({FilePart(part.path, segment): texts for segment in segments})
     return cut
 
 
-def _periods(part: FilePart, settings: SegmentSettings, result: Scan) -> list[Segment]:
-    """Return the segments of a file, or of an interval of it, by the period."""
-    interval = part.segment
-    if settings.period_s is None:
-        return [interval]
+def _length_s(path: Path) -> float | None:
+    """Return the length of a file in s; None if it is not usable audio."""
     try:
-        info = inspect_audio(result.folder / part.path)
+        info = inspect_audio(path)
     except AudioError:
+        return None
+    return info.frames / info.sample_rate_hz
+
+
+def _periods(part: FilePart, length_s: float | None, settings: SegmentSettings) -> list[Segment]:
+    """Return the segments of a file with a length, or of an interval of it, by the period."""
+    interval = part.segment
+    if length_s is None:
         return [interval]
-    length_s = info.frames / info.sample_rate_hz
-    parts = cut_by_period(Segment(interval.start_s, min(interval.end_s, length_s)), settings)
-    if not parts:
-        result.remarks["failed"].append((part.text, "is shorter than --offset and --period"))
-    return parts
+    return cut_by_period(Segment(interval.start_s, min(interval.end_s, length_s)), settings)
 
 
 def _number_segments(result: Scan) -> None:

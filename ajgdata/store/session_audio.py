@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ajgdata.paths import RECORDINGS_FILE
-from ajgdata.store.audio import AudioError, file_sha256
+from ajgdata.store.audio import AudioError, FileHashes, file_sha256
 from ajgdata.store.sessions import audio_path, read_recordings, read_session
 from ajgdata.types import (
     SEGMENT_COLUMNS,
@@ -87,7 +87,7 @@ def check_session(folder: Path, trusted: Mapping[str, str] | None = None) -> Ses
         problem, _, fix = reason.rpartition("; ")
         result.findings.append(Finding(folder.name, grasp, "", "warning", "skipped", problem, fix))
     known = trusted or {}
-    digests: dict[str, str] = {}
+    hashes = FileHashes()
     played = None
     if session.excitation:
         played = PlayedFile(folder / session.excitation.file, session.excitation.sha256)
@@ -98,9 +98,7 @@ def check_session(folder: Path, trusted: Mapping[str, str] | None = None) -> Ses
                 path = Path(session.audio_root or folder, recording.file)
             else:
                 path = audio_path(folder, session, recording)
-                if recording.file not in digests:
-                    digests[recording.file] = file_sha256(path)
-                digest = digests[recording.file]
+                digest = hashes[path]
                 check_unchanged(path, digest, recording.sha256, folder.parents[1].name)
             result.files.append(
                 AudioFile(recording.recording_id, path, digest, recording.segment, played)
@@ -158,13 +156,13 @@ def _overlaps(session: str, recordings: Sequence[Recording]) -> list[Finding]:
     return findings
 
 
-def checked_sha256(path: Path, declared: str, dataset: str = "NAME") -> str:
+def checked_sha256(path: Path, declared: str) -> str:
     """Return the sha256 of a file of a data set.
 
     Raises AudioError if the file cannot be read, or if its hash is not the `declared` one.
     """
     digest = file_sha256(path)
-    check_unchanged(path, digest, declared, dataset)
+    check_unchanged(path, digest, declared)
     return digest
 
 

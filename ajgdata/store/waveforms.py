@@ -74,7 +74,7 @@ class Waveforms(BackendArray):
             if source.sha256 and file not in unchanged:
                 checked_sha256(*file)
                 unchanged.add(file)
-            samples = read_audio(source.path, self.audio, source.segment).columns.T
+            samples = np.atleast_2d(read_audio(source.path, self.audio, source.segment).samples)
             used = samples[np.atleast_1d(channels)]
             is_present = np.atleast_1d(times) < samples.shape[1]
             row[:, is_present] = used[:, np.atleast_1d(times)[is_present]]
@@ -94,6 +94,7 @@ def open_recordings(
     rows: list[dict[str, str]] = []
     names: set[str] = set()
     issues: list[Finding] = []
+    targets = spec.label_targets
     for folder in folders:
         session = read_session(folder)
         recordings, row_issues = read_recordings(folder)
@@ -109,11 +110,11 @@ def open_recordings(
                 issues.append(Finding(*where, "error", "unusable", error.problem, error.fix))
                 continue
             rows.append({**row, "session_id": folder.name})
-            issues += bad_labels(folder.name, recording.recording_id, row, spec.label_targets)
+            issues += bad_labels(folder.name, recording.recording_id, row, targets)
     if not rows:
         return None, issues
     hashes = text_column([source.sha256 for source in sources], long_name="SHA-256 of the file")
-    columns = {**label_columns(rows, names, spec.label_targets), "sha256": hashes}
+    columns = {**label_columns(rows, names, targets), "sha256": hashes}
     return _lazy(sources, columns, spec.audio), issues
 
 

@@ -319,7 +319,13 @@ class DatasetSpec(Strict):
             )
         declared = self.tasks[task]
         target = self.targets[declared.target]
-        settings = TaskSettings(
+        # The results of a task contain only fields that are set.
+        added: dict[str, Any] = {}
+        if target.columns:
+            added["axes"] = target.columns
+        if declared.augment is not None:
+            added["augment"] = declared.augment
+        return TaskSettings(
             target=declared.target,
             kind=target.kind,
             unit=target.unit,
@@ -330,14 +336,8 @@ class DatasetSpec(Strict):
             min_groups=declared.min_groups,
             period_deg=declared.period_deg,
             placebo_objects=self.placebo,
+            **added,
         )
-        # The results of a task contain only fields that are set.
-        added: dict[str, Any] = {}
-        if target.columns:
-            added["axes"] = target.columns
-        if declared.augment is not None:
-            added["augment"] = declared.augment
-        return settings.model_copy(update=added)
 
     @property
     def label_targets(self) -> dict[str, Target]:

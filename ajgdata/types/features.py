@@ -10,7 +10,7 @@ import math
 from collections.abc import Mapping
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self, get_args
 
 from pydantic import Field, PlainValidator, SerializeAsAny, model_validator
 
@@ -76,17 +76,6 @@ def reaching_hz(band_hz: Band | None, window: int, sample_rate_hz: float) -> Ban
     return lowest - bin_hz, highest + bin_hz
 
 
-def check_band(band_hz: Band | None, window: int, sample_rate_hz: float) -> None:
-    """Raise ValueError if `band_hz` contains no bin of a transform with `window` samples."""
-    if band_hz is None:
-        return
-    bins_per_hz = window / sample_rate_hz
-    first = math.ceil(band_hz[0] * bins_per_hz)
-    last = min(math.floor(band_hz[1] * bins_per_hz), window // 2)
-    if first > last:
-        raise ValueError(f"features.band_hz {band_hz} holds no bin")
-
-
 Shape = Literal["hann", "hamming", "blackman", "boxcar"]
 Norm = Literal["l1", "l2", "max", "none"]
 
@@ -111,7 +100,13 @@ class ShortTime(FeatureKind):
 
     def check(self, audio: AudioSettings) -> None:
         """Raise ValueError if `band_hz` contains no bin."""
-        check_band(self.band_hz, self.window, audio.sample_rate_hz)
+        if self.band_hz is None:
+            return
+        bins_per_hz = self.window / audio.sample_rate_hz
+        first = math.ceil(self.band_hz[0] * bins_per_hz)
+        last = min(math.floor(self.band_hz[1] * bins_per_hz), self.window // 2)
+        if first > last:
+            raise ValueError(f"features.band_hz {self.band_hz} holds no bin")
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:
@@ -303,14 +298,15 @@ class EmbeddingSettings(FeatureKind):
         return self.model_copy(update={"file": str(folder.absolute() / self.file)})
 
 
-#: Kinds of features of this package.
-SHIPPED: tuple[type[FeatureKind], ...] = (
-    FeatureSettings,
-    SpectrogramSettings,
-    MelSettings,
-    TransferFunctionSettings,
-    EmbeddingSettings,
+_AnyShipped = (
+    FeatureSettings
+    | SpectrogramSettings
+    | MelSettings
+    | TransferFunctionSettings
+    | EmbeddingSettings
 )
+#: Kinds of features of this package.
+SHIPPED: tuple[type[FeatureKind], ...] = get_args(_AnyShipped)
 #: Entry points of features in other packages: name of the kind, and `module:class` of its settings.
 #: A module is imported when a data set has its kind.
 OWN_FEATURES = entry_points(group="ajgdata.features")
@@ -353,13 +349,6 @@ def feature_settings(content: Any) -> FeatureKind:
     return feature_class(str(kind)).model_validate({**content, "kind": kind})
 
 
-_AnyShipped = (
-    FeatureSettings
-    | SpectrogramSettings
-    | MelSettings
-    | TransferFunctionSettings
-    | EmbeddingSettings
-)
 #: The settings of any kind of feature, as a field of settings or a parameter of a job.
 AnyFeature = Annotated[
     SerializeAsAny[FeatureKind],

@@ -50,6 +50,11 @@ def numbers_of(microphone: Microphone) -> tuple[int, ...]:
     return (microphone,) if isinstance(microphone, int) else ()
 
 
+def as_written(microphone: Microphone) -> object:
+    """Return a microphone as dataset.yaml writes it: a tuple is a list."""
+    return list(microphone) if isinstance(microphone, tuple) else microphone
+
+
 def microphone_text(microphone: Microphone) -> str:
     """Return the used channels in words.
 

@@ -18,7 +18,7 @@ from ajgdata.features.spectrum import spectrum
 from ajgdata.pipeline import feature_file
 from ajgdata.pipeline.fetch import fetch
 from ajgdata.pipeline.publish import publish
-from ajgdata.store import audio, session_audio
+from ajgdata.store import audio
 from ajgdata.store.features import read_store
 from ajgdata.store.file_segments import cut_by_period, read_label_track
 from ajgdata.store.findings import read_findings
@@ -325,12 +325,13 @@ def test_features_are_those_of_the_samples_and_only_new_segments_are_computed(
 
 def test_each_file_is_hashed_once(imported, project, monkeypatch):
     hashed = []
+    file_sha256 = audio.file_sha256
 
     def count(path: Path) -> str:
         hashed.append(path.name)
-        return audio.file_sha256(path)
+        return file_sha256(path)
 
-    monkeypatch.setattr(session_audio, "file_sha256", count)
+    monkeypatch.setattr(audio, "file_sha256", count)
     make_features(project.paths, NAME)
     assert hashed == ["1.wav", "2.wav"]
     assert feature_file.check_session(imported).findings == []

@@ -133,7 +133,8 @@ def test_a_stored_network_names_its_extra(monkeypatch, tmp_path):
 
 
 def test_the_setting_auto_needs_no_torch(monkeypatch):
-    monkeypatch.setattr("ajgdata.types.extras.installed_version", lambda package: "")
+    for module in ("ajgdata.types.extras", "ajgdata.models.device"):
+        monkeypatch.setattr(f"{module}.installed_version", lambda package: "")
     with training_on("auto"):
         pass
     with (
