@@ -159,12 +159,23 @@ def _most_labelled(adaptations: Sequence[Adaptation]) -> int:
 Fit = Callable[[np.ndarray, np.ndarray, np.ndarray], Any]
 
 
-class _Trained(NamedTuple):
-    """A trained model, the features of its training rows, and those of the left-out group."""
+@dataclass(frozen=True, eq=False)
+class _Trained:
+    """A trained model, the features of its training rows, and those of the left-out group.
+
+    `value` are the values of the target of the training rows.
+    """
 
     model: Any
     known: np.ndarray
     own: np.ndarray
+    value: np.ndarray
+    kind: Kind
+
+    @cached_property
+    def space(self) -> Space:
+        """The coordinates of alignments, which all draws of labelled grasps share."""
+        return whitened_space(self.own, self.known, self.value, self.kind)
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,8 +223,7 @@ class _LeftOutGroup:
                 means = np.array([own[rows].mean(axis=0) for rows in labelled])
                 labels = np.array([own_value[rows][0] for rows in labelled])
                 anchor = anchors(labels, trained.known, y_train, self.kind, self.period)
-                space = whitened_space(own, trained.known, y_train, self.kind)
-                own = aligned(own, means, anchor, space)
+                own = aligned(own, means, anchor, trained.space)
             y_pred = trained.model.predict(own[is_scored])
             yield TransferPoint(
                 left_out=self.name,
@@ -253,7 +263,7 @@ class _LeftOutGroup:
                 own = scale.restored(own)
             inner_group = self.group if len(training) > 1 else self.grasp
             model = self.fit(known, self.data.value[train], inner_group[train])
-            self.trained[key] = _Trained(model, known, own)
+            self.trained[key] = _Trained(model, known, own, self.data.value[train], self.kind)
         return self.trained[key]
 
 

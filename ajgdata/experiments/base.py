@@ -30,6 +30,7 @@ from ajgdata.report.format import Source, words
 from ajgdata.report.report_data import Illustration, ResultRow
 from ajgdata.store.features import FeatureRows, Latents
 from ajgdata.types import AudioSettings, FeatureKind, FeatureSettings, Level, TaskSettings
+from ajgdata.types.registry import PAPER_MODEL
 from ajgdata.types.table import Table
 
 if TYPE_CHECKING:
@@ -202,6 +203,12 @@ class TaskResults:
     left_out: Mapping[str, int] = field(default_factory=dict)
     page: str = ""
     same_page: tuple[TaskResults, ...] = ()
+
+    @property
+    def first_result(self) -> Result:
+        """Return the result of the paper's model, or without it that of the first model."""
+        by_model = {result.model: result for result in self.results}
+        return by_model.get(PAPER_MODEL, self.results[0])
 
     @property
     def title(self) -> str:

@@ -18,7 +18,6 @@ from ajgdata.experiments.scores import ScoreKey, ScoreRow, fold_statistic, score
 from ajgdata.experiments.settings import CrossGripperSettings
 from ajgdata.report.comparison import PaperComparison, holds, mark_of
 from ajgdata.report.format import Score, mean_sd, number, with_unit, words
-from ajgdata.types.registry import PAPER_MODEL
 from ajgdata.types.table import table_of
 
 #: Share of the skill on its own gripper above which a model counts as transferred.
@@ -102,17 +101,9 @@ def plots(results: TaskResults) -> list[Plot]:
     return [replace(GRIPPERS_PLOT, mark="rows", about=about, x="other", panel="", title=finding)]
 
 
-def _first_label(results: TaskResults) -> str:
-    """Return the label of the paper's model, or without it of the first model."""
-    for result in results.results:
-        if result.model == PAPER_MODEL:
-            return result.label
-    return results.results[0].label
-
-
 def finding(results: TaskResults) -> str:
     """Return the error of the paper's model on its own gripper and on the others."""
-    label = _first_label(results)
+    label = results.first_result.label
     home = next(iter(_home_scores(results, label).values()), Score(math.nan, math.nan))
     values = [point.score.mean for point in GRIPPERS_PLOT.bind(results).points_with(model=label)]
     own = with_unit(number(home.mean), results.shown_unit)
@@ -124,7 +115,7 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     """Yield the paper's model at home, and on each other gripper without calibration."""
     if results.paper is None:
         return
-    label = _first_label(results)
+    label = results.first_result.label
     grippers = GRIPPERS_PLOT.bind(results)
     points = grippers.points_with(model=label, grasps=min(results.settings.grasps))
     homes = _home_scores(results, label)

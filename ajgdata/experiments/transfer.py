@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,7 +12,6 @@ import numpy as np
 from ajgdata.evaluate.agreement import (
     GRASP_INTERVAL,
     NARROW,
-    UNDEFINED,
     Estimate,
     Interval,
     placebo_test,
@@ -27,16 +27,15 @@ from ajgdata.evaluate.transfer import (
     group_scores,
     leave_groups_out,
 )
-from ajgdata.experiments.base import Experiment, Inputs, Outcome, Result, TaskResults
+from ajgdata.experiments.base import Experiment, Inputs, Outcome, TaskResults
 from ajgdata.experiments.built_in import BUILT_IN
-from ajgdata.experiments.plots import Plot
+from ajgdata.experiments.plots import MODEL_COLUMN, Plot
 from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
 from ajgdata.experiments.settings import TransferSettings
 from ajgdata.report.format import number, sentence, with_unit, words
 from ajgdata.store.features import FeatureRows
 from ajgdata.store.metrics import COST
 from ajgdata.types import NotPossibleError
-from ajgdata.types.registry import PAPER_MODEL
 from ajgdata.types.table import Table, table_of
 
 #: Adaptation of features that are used as they are.
@@ -298,10 +297,10 @@ def chance_verdict(result: GroupScores, placebo: GroupScores | None, metric: str
     if not result.interval.is_defined:
         return "inconclusive"
     score = _estimate(result, metric)
-    control = Estimate(score.chance, UNDEFINED, score.chance, score.perfect)
+    is_better = score.is_better_than_chance
     if placebo is not None:
-        control = _estimate(placebo, metric)
-    if placebo_test(score, control).is_better:
+        is_better = placebo_test(score, _estimate(placebo, metric)).is_better
+    if is_better:
         return "better than chance"
     worst_end = result.interval.low if score.perfect < score.chance else result.interval.high
     is_worse = (worst_end - score.chance) * (score.perfect - score.chance) < 0
@@ -369,10 +368,9 @@ def summary(results: TaskResults) -> str:
     texts = []
     for result in results.results:
         table = result.tables[MEANS]
-        all_groups = max(table.column("training_groups"))
-        row = table.where(training_groups=all_groups, adaptation="unchanged").rows[0]
-        value = with_unit(number(results.scale * row["value"]), unit)
-        chance = with_unit(number(results.scale * row["chance"]), unit)
+        row = with_all_groups(table).where(adaptation="unchanged").rows[0]
+        value = shown(row["value"], results, 3)
+        chance = shown(row["chance"], results, 3)
         texts.append(
             f"{result.label} on a left-out {noun}: {results.metric_title} {value}, chance level "
             f"{chance}: {row['verdict']}."
@@ -395,21 +393,15 @@ def summary(results: TaskResults) -> str:
     return " ".join(texts)
 
 
-def first_result(results: TaskResults) -> Result:
-    """Return the result of the paper's model, or without it that of the first model."""
-    by_model = {result.model: result for result in results.results}
-    return by_model.get(PAPER_MODEL, results.results[0])
-
-
 def finding(results: TaskResults) -> str:
     """Return what the paper's model, or the first one, reaches on a new group.
 
     The score with the last adaptation has the verdict on its gain. The chance level is given if
     this score is not better.
     """
-    result = first_result(results)
+    result = results.first_result
     table = result.tables[MEANS]
-    rows = table.where(training_groups=max(table.column("training_groups"))).rows
+    rows = with_all_groups(table).rows
 
     last = rows[-1]
     noun = group_noun(results.settings.leave_out)
@@ -422,9 +414,14 @@ def finding(results: TaskResults) -> str:
     return sentence(text)
 
 
-def shown(value: float, results: TaskResults) -> str:
-    """Return a score with two significant digits, in the shown unit."""
-    return with_unit(number(results.scale * value, 2), results.shown_unit)
+def with_all_groups(table: Table) -> Table:
+    """Return the rows of the largest number of training groups."""
+    return table.where(training_groups=max(table.column("training_groups")))
+
+
+def shown(value: float, results: TaskResults, digits: int = 2) -> str:
+    """Return a score with significant digits, in the shown unit."""
+    return with_unit(number(results.scale * value, digits), results.shown_unit)
 
 
 MEANS_PLOT = Plot(
@@ -446,18 +443,14 @@ MEANS_PLOT = Plot(
 
 
 #: The same scores without an axis, for one number of training groups.
-ROWS_PLOT = Plot(
-    "rows",
-    MEANS,
-    "scores on each left-out group in turn, trained on all other groups; intervals for further "
-    "groups and grasps",
+ROWS_PLOT = replace(
+    MEANS_PLOT,
+    mark="rows",
+    about="scores on each left-out group in turn, trained on all other groups; intervals for "
+    "further groups and grasps",
     x="adaptation",
-    interval=("low", "high"),
-    cells={"adaptation": "label"},
-    metric="metric",
-    chance="chance",
-    title=finding,
-    listed=True,
+    series=(MODEL_COLUMN.key,),
+    panel="",
 )
 
 
@@ -466,15 +459,14 @@ def group_table(results: TaskResults) -> Table:
     rows = [
         {"model": result.label, **row}
         for result in results.results
-        for row in result.tables[GROUPS].rows
-        if row["training_groups"] == max(result.tables[GROUPS].column("training_groups"))
+        for row in with_all_groups(result.tables[GROUPS]).rows
     ]
     return table_of(GROUPS, "Left-out groups", rows, model="Model", **GROUP_COLUMNS)
 
 
 def group_finding(results: TaskResults) -> str:
     """Return the lowest and the highest score of a group, with the last adaptation."""
-    result = first_result(results)
+    result = results.first_result
     adaptation = result.tables[MEANS].rows[-1]["adaptation"]
     rows = group_table(results).where(model=result.label, adaptation=adaptation).rows
     ordered = sorted(rows, key=lambda row: float(row["value"]))
