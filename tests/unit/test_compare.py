@@ -37,6 +37,18 @@ def write_results(folder, rows):
     return folder
 
 
+def ended(capsys, options):
+    """Run the command; return its exit code, its JSON object or rows of CSV, and its errors."""
+    with pytest.raises(SystemExit) as stopped:
+        main()
+    printed = capsys.readouterr()
+    if "--json" in options:
+        content = json.loads(printed.out, parse_constant=pytest.fail)
+    else:
+        content = list(csv.DictReader(io.StringIO(printed.out)))
+    return stopped.value.code, content, printed.err
+
+
 @pytest.fixture
 def compare(tmp_path, monkeypatch, capsys):
     """Compare a run of rows `old` with one of rows `new`; returns exit code, rows, summary.
@@ -49,14 +61,7 @@ def compare(tmp_path, monkeypatch, capsys):
         write_results(tmp_path / "old" / "results", old)
         write_results(tmp_path / "new", new)
         monkeypatch.setattr(sys, "argv", ["ajgdata", "compare", "old", "new", *options])
-        with pytest.raises(SystemExit) as stopped:
-            main()
-        printed = capsys.readouterr()
-        if "--json" in options:
-            content = json.loads(printed.out, parse_constant=pytest.fail)
-        else:
-            content = list(csv.DictReader(io.StringIO(printed.out)))
-        return stopped.value.code, content, printed.err
+        return ended(capsys, options)
 
     return run
 
@@ -152,14 +157,7 @@ def tabulate(tmp_path, monkeypatch, capsys):
         for name, rows in runs.items():
             write_results(tmp_path / name, rows)
         monkeypatch.setattr(sys, "argv", ["ajgdata", "compare", *runs, *options])
-        with pytest.raises(SystemExit) as stopped:
-            main()
-        printed = capsys.readouterr()
-        if "--json" in options:
-            content = json.loads(printed.out, parse_constant=pytest.fail)
-        else:
-            content = list(csv.DictReader(io.StringIO(printed.out)))
-        return stopped.value.code, content, printed.err
+        return ended(capsys, options)
 
     return run
 
