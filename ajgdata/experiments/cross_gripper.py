@@ -17,7 +17,7 @@ from ajgdata.experiments.plots import Plot, value_range
 from ajgdata.experiments.scores import ScoreKey, ScoreRow, fold_statistic, score_table
 from ajgdata.experiments.settings import CrossGripperSettings
 from ajgdata.report.comparison import PaperComparison, holds, mark_of
-from ajgdata.report.format import Score, mean_sd, number, with_unit, words
+from ajgdata.report.format import Score, mean_sd, number, with_unit
 from ajgdata.types.table import table_of
 
 #: Share of the skill on its own gripper above which a model counts as transferred.
@@ -140,7 +140,7 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
         label,
         joint_verdict({holds(gap) for gap in gaps}),
         marks=marks,
-        label=words(results.dataset),
+        label=results.dataset_title,
         shown_unit=results.shown_unit,
         remark=reason(results, label),
     )

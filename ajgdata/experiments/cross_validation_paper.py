@@ -32,6 +32,8 @@ from ajgdata.types.registry import BASELINE, PAPER_MODEL
 BASELINES = "baselines"
 #: Metrics of published statements without a number: a model fails on data of another kind.
 FAILS = ("limit", "lesson")
+#: Tested grasps of each split in everyday words, for the name of a row.
+TESTED_GRASPS = {"grouped split": "new grasps", "random split": "grasps also in training"}
 #: Row of the paper that also counts the classes with at least this accuracy.
 COUNTED = "ycb"
 MIN_ACCURACY = 0.9
@@ -82,9 +84,7 @@ def _compared(
         scale = model.task.scale
         verdict, remark = judged(paper, model.estimate(part), published / scale, scale=scale)
     split = split_name(model, part)
-    label = ""
-    if split:
-        label = f"{paper.row}, {split}" if paper.row else split
+    label = ", ".join(filter(None, (paper.row, TESTED_GRASPS[split]))) if split else ""
     return model.task.compared(
         paper,
         text,

@@ -96,7 +96,8 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     excess = {label: ends.shifted(-paper.value) for label, (_, ends) in losses.items()}
     exceeding = [label for label, gap in excess.items() if statement_verdict(gap) == "agrees"]
     verdicts = [statement_verdict(excess[last])]
-    texts = [f"lost: {', '.join(_loss_text(label, losses[label]) for label in reversed(losses))}"]
+    listed = ", ".join(_loss_text(label, losses[label]) for label in reversed(losses))
+    texts = [f"lost energy: {listed}"]
     for louder, quieter in pairwise(order):
         gap = difference(*losses[quieter], *losses[louder])
         verdicts.append(statement_verdict(gap))

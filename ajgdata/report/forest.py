@@ -21,12 +21,21 @@ AXIS_END = 1.0
 PERFECT_PER_CENT = 100.0
 #: Meaning of each mark, for the legend and for people who cannot see it.
 MARK_NAMES: dict[Role, str] = {
-    "paper": "published value",
-    "baseline": "best other model",
-    "sessions": "our result in held-out sessions",
-    "placebo": "placebo: one object under several names",
     "ours": "our result",
+    "paper": "published value",
+    "sessions": "our result in held-out sessions",
+    "baseline": "best other model",
+    "placebo": "placebo: one object under several names",
 }
+#: Marks that share a line of a row, from the top. No mark hides a mark of another line.
+LINES: tuple[tuple[Role, ...], ...] = (
+    ("ours", "paper"),
+    ("sessions",),
+    ("baseline",),
+    ("placebo",),
+)
+#: Height of a line of marks (CSS pixels).
+LINE_PX = 11
 
 
 class MarkPosition(NamedTuple):
@@ -37,11 +46,17 @@ class MarkPosition(NamedTuple):
     low: float
     high: float
     is_below: bool  #: the value is below the lowest value of the axis
+    line: int  #: from the top of the row
 
     @property
     def bar_width(self) -> float:
         """Return the width of the interval in per cent; 0 without an interval."""
         return round(self.high - self.low, 2)
+
+    @property
+    def middle_px(self) -> float:
+        """Return the distance of its middle from the top of the row, in CSS pixels."""
+        return LINE_PX * (self.line + 0.5)
 
     @property
     def css(self) -> str:
@@ -73,6 +88,11 @@ class ForestRow(NamedTuple):
         return self.verdict.replace(" ", "-") if self.verdict else ""
 
     @property
+    def height_px(self) -> int:
+        """Return the height of the lines of marks, in CSS pixels."""
+        return LINE_PX * (1 + max((mark.line for mark in self.positions), default=0))
+
+    @property
     def verdict_text(self) -> str:
         """Return the verdict with its sign; "" without a verdict."""
         return f"{SIGNS[self.verdict]} {self.verdict}" if self.verdict else ""
@@ -85,6 +105,13 @@ class Tick(NamedTuple):
     label: str
 
 
+class LegendEntry(NamedTuple):
+    """A mark of the legend: its classes in the style sheet, and its meaning."""
+
+    css: str
+    text: str
+
+
 class ForestTable(NamedTuple):
     """A forest plot: rows, ticks, and titles of the columns with the reference and our result."""
 
@@ -93,6 +120,18 @@ class ForestTable(NamedTuple):
     result: str
     has_verdicts: bool
     ticks: tuple[Tick, ...]
+
+    @property
+    def legend(self) -> list[LegendEntry]:
+        """Return the marks that the rows contain, with their meaning."""
+        marks = [mark for row in self.rows for mark in row.positions]
+        drawn = {mark.role for mark in marks}
+        names = dict(MARK_NAMES)
+        names["ours"] += " with its 95 % interval" if self.has_verdicts else " ± sd over folds"
+        entries = [LegendEntry(role, text) for role, text in names.items() if role in drawn]
+        if any(mark.is_below for mark in marks):
+            entries.append(LegendEntry("ours below", "further left than the axis shows"))
+        return entries
 
     @property
     def reference_label(self) -> str:
@@ -106,7 +145,7 @@ def place(value: float) -> float:
     return round(100 * (inside - AXIS_START) / (AXIS_END - AXIS_START), 2)
 
 
-TICKS = (Tick(place(0.0), "0 chance"), Tick(place(0.5), "0.5"), Tick(place(1.0), "1 perfect"))
+TICKS = (Tick(place(0.0), "guessing"), Tick(place(0.5), "half way"), Tick(place(1.0), "perfect"))
 
 
 def paper_forest(
@@ -211,17 +250,21 @@ def _placed(marks: Mapping[Role, Mark], unit: str) -> tuple[tuple[MarkPosition, 
     """Return the marks on the axis and their skills in words; no marks without a chance level."""
     chance = marks.get("chance")
     if chance is None or "ours" not in marks:
-        return (), "no skill: the result is not a number with a chance level"
+        return (), "no mark: the result is not a number that a guess also has"
     positions = []
     listed = []
-    for role, name in MARK_NAMES.items():
-        mark = marks.get(role)
-        if mark is None or not math.isfinite(mark.value):
-            continue
-        value = skill(mark.value, chance.value, unit)
-        ends = skill(mark.low, chance.value, unit), skill(mark.high, chance.value, unit)
-        low = place(min(ends))
-        high = place(max(ends))
-        positions.append(MarkPosition(role, place(value), low, high, value < AXIS_START))
-        listed.append(f"{name} {number(value, 2)}")
-    return tuple(positions), f"skill: {', '.join(listed)}"
+    line = 0
+    for roles in LINES:
+        drawn = [marks[role] for role in roles if role in marks]
+        finite = [mark for mark in drawn if math.isfinite(mark.value)]
+        for mark in finite:
+            value = skill(mark.value, chance.value, unit)
+            ends = skill(mark.low, chance.value, unit), skill(mark.high, chance.value, unit)
+            low = place(min(ends))
+            high = place(max(ends))
+            is_below = value < AXIS_START
+            positions.append(MarkPosition(mark.role, place(value), low, high, is_below, line))
+            listed.append(f"{MARK_NAMES[mark.role]} {number(value, 2)}")
+        if finite:
+            line += 1
+    return tuple(positions), f"0 is guessing, 1 is perfect: {', '.join(listed)}"

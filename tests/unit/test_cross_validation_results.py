@@ -144,8 +144,8 @@ def test_known_values_stand_beside_the_paper_by_grasp_and_by_recording_and_each_
     task = sizes(size_result(parts=random_split()), papers=papers)
     grasp, recording = comparisons(task)
     assert [(row.split, row.label) for row in (grasp, recording)] == [
-        ("grouped split", "grouped split"),
-        ("random split", "random split"),
+        ("grouped split", "new grasps"),
+        ("random split", "grasps also in training"),
     ]
     # 2.2 ± 0.3 and 1.1 ± 0.2 mm beside 1.2 mm.
     assert (grasp.agrees, recording.agrees) == ("worse", "agrees")

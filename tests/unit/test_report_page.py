@@ -12,7 +12,7 @@ from report_samples import PAPER, SCRIPT, dataset, illustration, sample_report
 from ajgdata.paths import Paths
 from ajgdata.pipeline.experiment_pages import COMPARISON, section_of
 from ajgdata.report.comparison import Change, PaperComparison, Reason, ResultCost, mark_of
-from ajgdata.report.forest import paper_rows, place
+from ajgdata.report.forest import LINE_PX, paper_rows, place
 from ajgdata.report.format import Score
 from ajgdata.report.navigation import Link, link_from_report, navigation
 from ajgdata.report.page import illustrations, render_pages
@@ -198,7 +198,8 @@ def test_without_published_values_the_first_page_has_models_and_next_steps():
 
 
 def test_skill_is_0_at_chance_and_1_without_error():
-    """Chance 5.2 mm; ours 0.7 ± 0.1 mm, k-NN 0.9 ± 0.2 mm, the paper 2.6 mm."""
+    """Chance 5.2 mm; ours 0.7 ± 0.1 mm, k-NN 0.9 ± 0.2 mm, the paper 2.6 mm. The other model has
+    its own line, so that no mark hides another."""
     (row,) = paper_rows([COMPARED], with_badges=True)
     positions = {position.role: position for position in row.positions}
     assert positions["ours"].at == pytest.approx(place(1 - 0.7 / 5.2))
@@ -206,7 +207,11 @@ def test_skill_is_0_at_chance_and_1_without_error():
     assert (positions["ours"].low, positions["ours"].high) == pytest.approx(ends)
     assert positions["baseline"].at == pytest.approx(place(1 - 0.9 / 5.2))
     assert positions["paper"].at == pytest.approx(place(0.5))
-    assert row.alt == "skill: published value 0.5, best other model 0.83, our result 0.87"
+    assert row.alt == (
+        "0 is guessing, 1 is perfect: our result 0.87, published value 0.5, best other model 0.83"
+    )
+    assert [positions[role].line for role in ("ours", "paper", "baseline")] == [0, 0, 1]
+    assert row.height_px == 2 * LINE_PX
 
 
 def test_links_from_the_report_are_percent_encoded(tmp_path):
