@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Annotated
@@ -79,11 +79,12 @@ def check(
         )
     else:
         shown = [
-            issue
-            for issue in issues
+            (name, issue)
+            for name, issues_of_set in issues_by_set.items()
+            for issue in issues_of_set
             if notes or issue.level != "note" or issue.recording_id == WHOLE
         ]
-        print_issues(shown, everything=everything)
+        print_issues(shown, names_dataset=len(issues_by_set) > 1, everything=everything)
         say(_summary(n_recordings, counts, issues, hides_notes=not notes))
     levels = {issue.level for issue in issues}
     raise typer.Exit(ATTENTION if levels & {"error", "warning"} else 0)
@@ -169,17 +170,26 @@ def print_accepted(
     say(f"{many(len(accepted), 'recording')} of [b]{dataset}[/b] accepted")
 
 
-def print_issues(issues: Sequence[Finding], *, everything: bool) -> None:
+def print_issues(
+    issues: Sequence[tuple[str, Finding]], *, names_dataset: bool, everything: bool
+) -> None:
     """Print one line per issue, errors first, and the number of issues by code.
 
-    Unless `everything`, only a few issues with the same level, code and fix are printed.
+    `issues` have the names of their data sets, which are printed if `names_dataset`. Unless
+    `everything`, only a few issues with the same level, code and fix are printed.
     """
-    types = dict.fromkeys((issue.level, issue.code, issue.fix) for issue in issues)
-    for level, code, fix in sorted(types, key=lambda issue_type: ISSUE_LEVELS.index(issue_type[0])):
-        equal = [i for i in issues if (i.level, i.code, i.fix) == (level, code, fix)]
-        problems = [(f"{i.session_id}/{i.recording_id}: {i.problem}", fix) for i in equal]
-        for problem, reason in shortened(problems, everything=everything):
-            out.out(f"{level} {code} {problem}; {reason}")
-    counts = Counter(issue.code for issue in issues).most_common()
+    problems_by_type: dict[tuple[str, str, str], list[tuple[str, str]]] = defaultdict(list)
+    for dataset, issue in issues:
+        place = f"{issue.session_id}/{issue.recording_id}"
+        if names_dataset:
+            place = f"{dataset}/{place}"
+        problem = f"{place}: {issue.problem}"
+        problems_by_type[issue.level, issue.code, issue.fix].append((problem, issue.fix))
+    for level in ISSUE_LEVELS:
+        for (level_of_type, code, _), problems in problems_by_type.items():
+            if level_of_type == level:
+                for problem, reason in shortened(problems, everything=everything):
+                    out.out(f"{level} {code} {problem}; {reason}")
+    counts = Counter(issue.code for _, issue in issues).most_common()
     if counts:
         out.out(", ".join(f"{code} {count}" for code, count in counts))

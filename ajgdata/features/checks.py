@@ -1,16 +1,20 @@
 """Checks of the samples of a recording: each defect has one message and one remedy.
 
 - error (unusable): `too_short`, `not_finite`, `silent`, `constant`, `too_quiet`, `float_bytes`
-- warning (used; a person should check it): `clipped`, `quiet`, `offset`, `hum`, `gap`,
-  `repeated_block`
+- warning (used; a person should check it): `clipped`, `quiet`, `dead_channel`, `offset`, `hum`,
+  `gap`, `repeated_block`
 - note (unusual and correct): `beyond_full_scale`
 
 `float_bytes`, `offset`, `hum`, `gap` and `repeated_block` have modules of their own.
+
+Each of several microphones is checked as a recording of its own. A recording cannot be used if one
+of its microphones cannot be used. For the mean of all channels, one channel without sound is a
+warning.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -24,6 +28,7 @@ from ajgdata.features.repeats import check_repeats
 from ajgdata.features.segments import segments
 from ajgdata.store.audio import Audio, Remark
 from ajgdata.types.features import ALL_HZ, Band
+from ajgdata.types.settings import microphone_text
 
 #: Least peak of a microphone, relative to full scale. Far below it (1.2e-38), float32 loses digits.
 TOO_QUIET = 1e-30
@@ -44,10 +49,16 @@ BEYOND_FULL_SCALE = "beyond_full_scale"
 _GAIN = "lower the gain and record again, or set quality to reject"
 
 
-def check_audio(audio: Audio, least_samples: int, lines_hz: Band = ALL_HZ) -> list[Remark]:
+def check_audio(
+    audio: Audio,
+    least_samples: int,
+    lines_hz: Band = ALL_HZ,
+    microphones: Sequence[int] = (),
+) -> list[Remark]:
     """Return all remarks on a recording that could be read.
 
     The feature requires `least_samples`, and lines of the frequencies `lines_hz` reach it.
+    `microphones` are the numbers of the used channels, if each one has a feature.
     Conversion hides clipping, so the recorded samples are checked. The converted samples are also
     checked, because they must have a feature (the mean of opposite channels is silence).
     """
@@ -58,9 +69,14 @@ def check_audio(audio: Audio, least_samples: int, lines_hz: Band = ALL_HZ) -> li
         0 if is_converted else least_samples,
         sample_rate_hz=audio.info.sample_rate_hz,
         lines_hz=lines_hz,
+        microphones=microphones,
     )
     if is_converted:
-        of_converted = _check_level(audio.columns, audio.info.subtype, least_samples)
+        of_converted = _of_microphones(
+            audio.columns,
+            microphones,
+            lambda columns: _check_level(columns, audio.info.subtype, least_samples),
+        )
         errors = [remark for remark in (*remarks, *of_converted) if remark.level == "error"]
         if errors:
             remarks = _first_of_each_code(errors)
@@ -82,15 +98,63 @@ def check_samples(
     *,
     sample_rate_hz: float = 44_100,
     lines_hz: Band = ALL_HZ,
+    microphones: Sequence[int] = (),
 ) -> list[Remark]:
     """Return remarks on recorded samples (n,) or (n, channels), full scale +-1.
 
     `subtype` is libsndfile's name of the encoding (`AudioInfo.subtype`). Integers clip at full
     scale. Float samples can exceed full scale, and clip at any flat top. The feature requires
-    `least_samples`, and lines of the frequencies `lines_hz` reach it. If there is an error, the
-    result has only errors: the length, and the first reason for missing sound.
+    `least_samples`, and lines of the frequencies `lines_hz` reach it. `microphones` are the numbers
+    of the channels, if each one has a feature; without numbers, the feature is that of their mean.
+    If there is an error, the result has only errors: the length, and the first reason for missing
+    sound.
     """
-    columns = _columns(samples)
+    return _of_microphones(
+        _columns(samples),
+        microphones,
+        lambda columns: _check_sound(columns, subtype, least_samples, sample_rate_hz, lines_hz),
+    )
+
+
+def _of_microphones(
+    columns: NDArray[Any],
+    microphones: Sequence[int],
+    check: Callable[[NDArray[Any]], list[Remark]],
+) -> list[Remark]:
+    """Return the remarks of `check` on samples (n, channels), or on each of several microphones.
+
+    A remark of several microphones is one remark, which names them if they are not all.
+    """
+    if len(microphones) < 2:
+        return check(columns)
+    remarks = [
+        (number, remark)
+        for number, column in zip(microphones, columns.T, strict=True)
+        for remark in check(column[:, np.newaxis])
+    ]
+    has_error = any(remark.level == "error" for _, remark in remarks)
+    numbers: dict[str, list[int]] = {}
+    first: dict[str, Remark] = {}
+    for number, remark in remarks:
+        if not has_error or remark.level == "error":
+            first.setdefault(remark.code, remark)
+            numbers.setdefault(remark.code, []).append(number)
+    return [
+        remark._replace(problem=f"{microphone_text(tuple(numbers[code]))}: {remark.problem}")
+        if len(numbers[code]) < len(microphones)
+        else remark
+        for code, remark in first.items()
+    ]
+
+
+def _check_sound(
+    columns: NDArray[Any],
+    subtype: str,
+    least_samples: int,
+    sample_rate_hz: float,
+    lines_hz: Band,
+) -> list[Remark]:
+    """Return remarks on samples (n, channels) with one feature, see `check_samples`."""
     remarks = _check_level(columns, subtype, least_samples)
     if any(remark.level == "error" for remark in remarks):
         return remarks
@@ -156,6 +220,11 @@ def _check_level(columns: NDArray[Any], subtype: str, least_samples: int) -> lis
         share = 100 * clipped / columns.size
         problem = f"{clipped} samples ({share:.2g} %) lie flat at the extreme: clipped"
         remarks.append(Remark("warning", "clipped", problem, _GAIN))
+    dead = [number for number, swing in enumerate(highest - lowest, 1) if swing == 0]
+    if dead:
+        problem = f"channel {dead[0]} has no sound, and is a part of the mean of all channels"
+        fix = "check microphone and cable, or set audio.microphone to the number of another channel"
+        remarks.append(Remark("warning", "dead_channel", problem, fix))
     swing = float((highest - lowest).max()) / 2  # the peak without any offset
     if swing < _QUIET:
         problem = f"very quiet: peak {swing:.2g} of full scale 1"

@@ -16,7 +16,7 @@ from ajgdata.features.spectrum import settings_text
 from ajgdata.paths import Paths
 from ajgdata.pipeline.processes import results_of
 from ajgdata.pipeline.progress import tell
-from ajgdata.pipeline.recordings import examine, finding, played_samples
+from ajgdata.pipeline.recordings import examine, finding, no_feature, played_samples
 from ajgdata.pipeline.session_levels import level_issues
 from ajgdata.pipeline.similar_sounds import without_equal_sounds
 from ajgdata.store.audio import file_sha256
@@ -248,8 +248,7 @@ def _row(session: str, file: AudioFile, computer: FeatureComputer) -> RecordingR
             played = played_samples(file.played, computer.audio.sample_rate_hz)
         feature = computer(result.samples, played)
     except ValueError as error:  # for example a feature without normalisation, beyond float32
-        fix = "change features in dataset.yaml, or set quality to reject"
-        issue = Finding(session, file.recording_id, "", "error", "no_feature", str(error), fix)
+        issue = no_feature(session, file.recording_id, error)
         return RecordingRow(None, (*issues, issue), file.sha256)
     doubts = tuple(
         Finding(session, file.recording_id, file.path.name, "warning", *doubt)

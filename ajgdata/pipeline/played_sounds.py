@@ -47,13 +47,17 @@ class PlayedSound:
 
 
 def played_sound_issues(paths: Paths, spec: DatasetSpec, names: list[str]) -> Iterator[Finding]:
-    """Yield a warning for each session with an unreadable or different played sound.
+    """Yield a warning for each session with an unreadable or different played sound, and one if the
+    sound that dataset.yaml declares cannot be played, for example because its file is missing.
 
     Sounds are compared with the sound of the first session, and with `excitation` of dataset.yaml.
     Imported sounds are compared with `excitation` only if dataset.yaml declares it, because its
     default is not necessarily the sound that was played. A session without a played sound is
     compared with `excitation` if a sound card recorded it.
     """
+    reason = _not_playable(paths, spec)
+    if reason is not None:
+        yield Finding(DATASET_FILE, WHOLE, "", "warning", _CODE, reason.problem, reason.fix)
     sounds: list[PlayedSound] = []
     for name in names:
         try:
@@ -87,6 +91,17 @@ def played_sound_issues(paths: Paths, spec: DatasetSpec, names: list[str]) -> It
             )
             fix = f"correct `excitation`, or {_SEPARATE}"
             yield _warning(sound.session_id, file, problem, fix)
+
+
+def _not_playable(paths: Paths, spec: DatasetSpec) -> DataError | None:
+    """Return the reason why the file that dataset.yaml declares cannot be played, or None."""
+    if not isinstance(spec.excitation, SoundFile):
+        return None
+    try:
+        played_samples(spec.excitation, spec.audio.sample_rate_hz, paths.root)
+    except DataError as error:
+        return error
+    return None
 
 
 def _warning(session: str, file: object, problem: str, fix: str) -> Finding:
@@ -192,7 +207,7 @@ def _difference(stored: ExcitationSpec, spec: DatasetSpec) -> str | None:
     not compared, but its checksum.
     """
     if isinstance(spec.excitation, SoundFile) and not spec.excitation.sha256:
-        return f"{spec.excitation.file} is missing"
+        return None  # the file is missing, which is a warning of its own
     own = stored.model_dump(exclude={"file"})
     declared = spec.excitation.model_dump(exclude={"file"})
     keys = list(dict.fromkeys([*own, *declared]))

@@ -28,6 +28,7 @@ from ajgdata.types import (
     Session,
 )
 from ajgdata.types.features import ALL_HZ, Band
+from ajgdata.types.settings import numbers_of
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,8 @@ def examine(
         read = read_audio(path, audio, segment)
     except AudioError as error:
         return Examined(None, (error.remark,))
-    remarks = tuple(check_audio(read, least_samples, lines_hz))
+    microphones = numbers_of(audio.microphone)
+    remarks = tuple(check_audio(read, least_samples, lines_hz, microphones))
     errors = tuple(remark for remark in remarks if remark.level == "error")
     if errors:
         return Examined(None, errors)
@@ -126,3 +128,9 @@ class RecordingReader:
 def finding(session: str, recording_id: str, path: Path, remark: Remark) -> Finding:
     """Return a remark as an issue of its recording."""
     return Finding(session, recording_id, path.name, *remark)
+
+
+def no_feature(session: str, recording_id: str, error: ValueError) -> Finding:
+    """Return the error of a usable recording that has no feature with the settings."""
+    fix = "change features in dataset.yaml, or set quality to reject"
+    return Finding(session, recording_id, "", "error", "no_feature", str(error), fix)

@@ -10,12 +10,12 @@ from ajgdata.pipeline.label_issues import label_issues, placebo_issues, placemen
 from ajgdata.pipeline.plan import config_problems
 from ajgdata.pipeline.played_sounds import played_sound_issues
 from ajgdata.pipeline.progress import tracked
-from ajgdata.pipeline.recordings import examine, finding
+from ajgdata.pipeline.recordings import examine, finding, no_feature, played_samples
 from ajgdata.pipeline.session_levels import level_issues
 from ajgdata.pipeline.sound_fingerprints import Fingerprints, checked_sounds
 from ajgdata.store.findings import is_rejected, rejected, without_rejected
 from ajgdata.store.labels import bad_labels, comparable_labels, copies
-from ajgdata.store.session_audio import SessionAudio, check_session
+from ajgdata.store.session_audio import AudioFile, SessionAudio, check_session
 from ajgdata.store.sessions import (
     check_one_source,
     how_to_get_sessions,
@@ -91,12 +91,23 @@ def _check_session(session: SessionAudio, spec: DatasetSpec, prints: Fingerprint
         result = examine(file.path, spec.audio, least_samples, lines_hz, file.segment)
         prints.add(file.sound_id, result.samples)
         issues += [finding(name, file.recording_id, file.path, r) for r in result.remarks]
+        if spec.features.needs_played and result.samples is not None:
+            issues += _without_played_sound(name, file, rate_hz)
         if result.levels_db and not is_rejected(rows[file.recording_id]):
             levels[file.recording_id] = result.levels_db
     issues += level_issues(name, levels, rows, spec.label_targets, spec.audio.microphone)
     for recording_id, row in rows.items():
         issues += bad_labels(name, recording_id, row, spec.label_targets)
     return without_rejected(issues, list(rejected(name, rows).values()))
+
+
+def _without_played_sound(session: str, file: AudioFile, rate_hz: int) -> list[Finding]:
+    """Return an error if a feature of the played sound lacks this sound."""
+    try:
+        played_samples(file.played, rate_hz)
+    except ValueError as error:
+        return [no_feature(session, file.recording_id, error)]
+    return []
 
 
 def _usable_files(session: SessionAudio, issues: Sequence[Finding]) -> list[LabelledFile]:

@@ -134,3 +134,45 @@ def test_an_offset_hides_no_quiet_recording(amplitude, remarks):
     opposite = np.column_stack([tone + np.float32(0.3), tone - np.float32(0.3)])
     assert codes(opposite) == remarks + offset
     assert codes(np.column_stack([tone, tone * np.float32(0.01)])) == remarks
+
+
+def test_each_of_several_microphones_is_checked():
+    quiet = sine(0.5e-4)
+    clipped = quantised(sine(1.5), 16)
+    silent = np.zeros_like(quiet)
+
+    def remarks(*columns, numbers=(1, 3, 4)):
+        samples = np.stack(columns, axis=1)
+        found = check_samples(samples, "PCM_16", WINDOW, microphones=numbers)
+        return [(r.level, r.code, r.problem.split(":")[0]) for r in found]
+
+    fine = quantised(sine(), 16)
+    assert remarks(fine, fine, fine) == []
+    assert remarks(fine, silent, fine) == [("error", "silent", "microphone 3")]
+    assert remarks(silent, fine, silent) == [("error", "silent", "microphones 1 and 4")]
+    assert remarks(fine, quiet, clipped) == [
+        ("warning", "quiet", "microphone 3"),
+        ("warning", "clipped", "microphone 4"),
+    ]
+    (every,) = remarks(silent, silent, silent)
+    assert every == ("error", "silent", "every sample is zero")
+    with_nan = fine.copy()
+    with_nan[5] = np.nan
+    assert remarks(fine, clipped, with_nan) == [("error", "not_finite", "microphone 4")]
+
+
+def test_a_dead_channel_of_the_mean_is_a_warning(tmp_path):
+    """The mean of a sound and of silence has half of its level."""
+    dead = np.c_[sine(), np.zeros_like(sine())]
+    assert checked(tmp_path, dead, "FLOAT") == ["channel_converted", "dead_channel"]
+
+
+def test_a_dead_microphone_is_found_after_resampling(tmp_path):
+    path = tmp_path / "two.wav"
+    sf.write(path, np.c_[sine(), np.full_like(sine(), 0.25)], 44_100, subtype="FLOAT")
+    settings = AudioSettings(sample_rate_hz=16_000, microphone=(1, 2), other_rate="resample")
+    remarks = check_audio(read_audio(path, settings), WINDOW, microphones=(1, 2))
+    errors = [(r.code, r.problem) for r in remarks if r.level == "error"]
+    assert errors == [
+        ("constant", "microphone 2: every sample is 0.25: no sound, only an offset"),
+    ]

@@ -1,14 +1,16 @@
 """`ajgdata check` says what the workflow would quarantine, and changes nothing."""
 
 import numpy as np
-from worlds import assert_one_line
+from worlds import assert_one_line, tone, write_tone
 
 import ajgdata as library
 from ajgdata.pipeline.label_counts import label_counts
 from ajgdata.pipeline.label_issues import label_tables, placebo_issues, placement_notes
 from ajgdata.pipeline.validate import validate_dataset
 from ajgdata.store.audio import file_sha256
+from ajgdata.store.findings import read_findings
 from ajgdata.types import DatasetSpec
+from ajgdata.types.features import feature_settings
 
 
 def check(project):
@@ -78,6 +80,49 @@ def test_settings_of_an_experiment_have_file_and_line(ajgdata, project):
     code, _, error = ajgdata("check", "d")
     assert code == 1
     assert_one_line(error, f"dataset.yaml:{line}: task size: experiments.learning_curve: groups")
+
+
+def test_issues_of_several_data_sets_name_their_data_set(ajgdata, project):
+    other = project.paths.dataset("other")
+    project.declare()
+    other.parent.mkdir()
+    other.write_text("name: other\n")
+    project.session("s1", {})
+    code, out, _ = ajgdata("check", "d", "other")
+    assert code == 3
+    assert "no_recordings d/s1/*: " in out
+    assert "no_sessions other/*/*: " in out
+    assert "no_recordings s1/*: " in ajgdata("check", "d")[1]
+
+
+def test_a_feature_of_the_played_sound_requires_this_sound(project):
+    """`check` reports the errors of the next run."""
+    features = {"kind": "transfer_function", "window": 64, "hop": 32, "least_coherence": 0}
+    project.declare(features=features)
+    rows = project.session("s1", {"a": 500.0, "b": 750.0})
+    project.session("s2", {"c": 600.0})
+    project.write(rows, "s1", excitation=project.excitation("s1", tone(300)))
+    _, findings = check(project)
+    assert codes(findings) == [("s2", "c", "error", "no_feature")]
+    assert "no played sound" in findings[0].problem
+    project.build("s1", "s2", features=feature_settings(features))
+    (issue,) = [f for f in read_findings(project.paths.quarantine("d")) if f.level == "error"]
+    assert issue == findings[0]
+    lost = project.session("s3", {"d": 700.0})
+    project.write(lost, "s3", excitation=project.excitation("s3", tone(250)))
+    (project.folder("s3") / "excitation.wav").unlink()
+    errors = [f for f in check(project)[1] if f.level == "error"]
+    assert [(f.recording_id, f.code) for f in errors] == [("c", "no_feature"), ("d", "no_feature")]
+
+
+def test_a_played_file_that_is_missing_is_a_warning(project):
+    project.declare(excitation={"kind": "file", "file": "sounds/chirp.wav"})
+    project.session("s1")
+    (warning,) = check(project)[1]
+    assert codes([warning]) == [("dataset.yaml", "*", "warning", "played_sound")]
+    assert "chirp.wav" in warning.problem
+    write_tone(project.root / "sounds" / "chirp.wav", 400.0)
+    assert check(project)[1] == []
 
 
 def test_references_are_not_grasps(project):
