@@ -80,7 +80,7 @@ def read_metrics(path: Path) -> pd.DataFrame:
         except ValueError as error:
             fix = METRICS_FORMAT.fix(command_for(path))
             raise DataError(path, f"column {name}: {error}", fix) from None
-    return metrics.astype(dict.fromkeys(COUNTS, "Int64"))
+    return metrics.astype({"value": "float64", **dict.fromkeys(COUNTS, "Int64")})
 
 
 def write_predictions(path: Path, rows: Iterable[Mapping[str, Any]]) -> None:

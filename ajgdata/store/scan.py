@@ -182,7 +182,7 @@ def scan(
     _use_stored_name(result, settings.session, known)
     _name_sessions(result, known)
     _note_grasps_without_object(result)
-    numbers = _sample_numbers({file.cells["sample"] for file in result.files})
+    numbers = _sample_numbers({file.cells["sample"] for file in result.files}, result)
     result.files = [
         replace(file, cells={**file.cells, "sample": numbers[file.cells["sample"]]})
         for file in result.files
@@ -795,9 +795,14 @@ def _name_sessions(result: Scan, known: Mapping[str, KnownSession]) -> None:
     result.played = defaultdict(list, played)
 
 
-def _sample_numbers(texts: Collection[str]) -> dict[str, str]:
-    """Return the numbers of samples: whole numbers, or places of texts in alphabetical order."""
+def _sample_numbers(texts: Collection[str], result: Scan) -> dict[str, str]:
+    """Return the numbers of samples: whole numbers, or places of texts in alphabetical order, which
+    are noted."""
     numbers = {text: whole_number(text or "0") for text in texts}
     if all(numbers.values()):
         return numbers
-    return {text: str(place) for place, text in enumerate(sorted(texts))}
+    places = {text: str(place) for place, text in enumerate(sorted(texts))}
+    examples = listed([f"{text!r} is {place}" for text, place in places.items()])
+    reason = f"numbers of repeats: {examples}; to keep the texts, rename the column or group"
+    result.remarks["note"].append(("the texts of `sample` are stored as", reason))
+    return places

@@ -36,8 +36,18 @@ QUALITIES = ("ok", "reject", "clipped")
 HIGHEST_SAMPLE = 2**31 - 1
 #: Keys of session.yaml that become labels of every recording of a session.
 SESSION_COLUMNS = ("source", "gripper", "medium")
-#: Names in a feature file that labels cannot have.
-STORE_NAMES = ("recording", "session_id", "flags", "channel_levels", "feature", "frequency")
+#: Names in files of features and latents that labels cannot have.
+STORE_NAMES = (
+    "recording",
+    "session_id",
+    "flags",
+    "channel_levels",
+    "feature",
+    "frequency",
+    "validation_fold",
+)
+#: Names of dimensions of texts, and of arrays of latents.
+_STORE_PATTERN = re.compile(r"string\d+|latent_\d+")
 
 
 class Segment(NamedTuple):
@@ -227,5 +237,5 @@ def is_reserved(name: str) -> bool:
     Upper and lower case are equal for columns of recordings.csv and session.yaml.
     """
     standard = (*RECORDING_COLUMNS, *SESSION_COLUMNS, SESSION_COLUMN)
-    is_netcdf_dimension = re.fullmatch(r"string\d+", name) is not None
-    return name.lower() in standard or name in STORE_NAMES or is_netcdf_dimension
+    is_array = _STORE_PATTERN.fullmatch(name) is not None
+    return name.lower() in standard or name in STORE_NAMES or is_array

@@ -10,7 +10,14 @@ from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
 from ajgdata.paths import Paths
 from ajgdata.pipeline.collect import metric_rows, prediction_rows
 from ajgdata.pipeline.task_results import Measurement
-from ajgdata.store.metrics import read_metrics, write_metrics, write_predictions
+from ajgdata.store.metrics import (
+    COUNTS,
+    FACTS,
+    KEYS,
+    read_metrics,
+    write_metrics,
+    write_predictions,
+)
 from ajgdata.types.formats import METRICS_FORMAT
 from ajgdata.types.table import table_of
 
@@ -58,6 +65,19 @@ def collected(tmp_path_factory):
     with paths.predictions.open(encoding="utf-8", newline="") as stream:
         predicted = list(csv.DictReader(stream))
     return read_metrics(paths.metrics_table), predicted
+
+
+@pytest.mark.parametrize("values", [(2, 3), (2.5, 3), (None, None), (2, None), ()])
+def test_the_types_of_columns_do_not_depend_on_their_contents(tmp_path, values):
+    texts = dict.fromkeys((*KEYS, *FACTS[:-1]), "")
+    path = tmp_path / "metrics.csv"
+    write_metrics(path, [{**texts, "value": value, "grasps": 3} for value in values])
+    metrics = read_metrics(path)
+    assert metrics["value"].dtype == "float64"
+    assert {str(metrics[name].dtype) for name in COUNTS} == {"Int64"}
+    assert {str(dtype) for dtype in metrics.drop(columns=["value", *COUNTS]).dtypes} == {
+        str(metrics["dataset"].dtype)
+    }
 
 
 def test_a_row_for_every_number_with_its_seed_and_what_made_it(collected):

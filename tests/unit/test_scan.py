@@ -6,6 +6,7 @@ import pytest
 
 from ajgdata.store.scan import scan
 from ajgdata.types import DataError, ImportSettings
+from ajgdata.types.session import is_reserved
 
 KIT = ImportSettings(pattern="starter-kit")
 
@@ -72,6 +73,23 @@ def test_the_number_of_a_repeat_as_spreadsheets_write_it(tmp_path, said, sample)
     table(files(tmp_path, "a.wav"), f'name,sample\na,"{said}"\n')
     (file,) = scanned(tmp_path, table="t.csv", file="{name}.wav", grasp="{name}").files
     assert file.cells["sample"] == sample
+
+
+def test_texts_of_sample_are_announced(tmp_path):
+    """A user's column `sample` can have another meaning than the number of a repeat."""
+    files(tmp_path, "a.wav", "b.wav")
+    table(tmp_path, "name,Sample\na,steel\nb,oak\n")
+    result = scanned(tmp_path, table="t.csv", file="{name}.wav", grasp="{name}")
+    assert [file.cells["sample"] for file in result.files] == ["1", "0"]
+    ((subject, reason),) = result.remarks["note"]
+    assert subject == "the texts of `sample` are stored as"
+    assert "'oak' is 0, 'steel' is 1" in reason
+
+
+@pytest.mark.parametrize("name", ["validation_fold", "latent_2", "string4", "Quality", "flags"])
+def test_no_label_has_a_name_of_a_stored_file(name):
+    assert is_reserved(name)
+    assert not is_reserved(f"{name}_of_mine")
 
 
 def table(folder: Path, text: str) -> Path:
