@@ -10,6 +10,7 @@ import sys
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import PurePosixPath
 from typing import Any
 
 from ajgdata.acquire.recipe import session_names
@@ -46,8 +47,34 @@ class DatasetPlan:
     other_sets: frozenset[str]
 
 
+def requested_models(targets: Collection[str]) -> frozenset[str] | None:
+    """Return the models that the targets of a run train, or None if a target needs all results.
+
+    `targets` are rules, or files relative to the project. Sessions, features and final models need
+    neither experiments nor studies.
+
+    >>> requested_models(["results/models/size/size/knn", "results/features/size.nc"])
+    frozenset({'knn'})
+    >>> requested_models(["report/index.html"])  # None
+    """
+    models = set()
+    for target in targets:
+        match PurePosixPath(target).parts:
+            case ("results", "models", _, _, model):
+                models.add(model)
+            case ("results", "acquired" | "features", *_):
+                pass
+            case _:
+                return None
+    return frozenset(models) if targets else None
+
+
 def plan(
-    paths: Paths, only: Sequence[str] | None = None, *, check: bool = False
+    paths: Paths,
+    only: Sequence[str] | None = None,
+    *,
+    check: bool = False,
+    models: Collection[str] | None = None,
 ) -> dict[str, DatasetPlan]:
     """Return the data sets of a run by name.
 
@@ -56,6 +83,7 @@ def plan(
     there is nothing to run. With `check`, it is also raised for `config_problems`, for simulated
     and recorded sessions in one data set, for scenes that the gripper cannot simulate, and if a
     package is not installed that the run needs; files of variants without a data set are printed.
+    `models` are those of `requested_models`.
     """
     names = list(only) if only is not None else list_datasets(paths)
     if check:
@@ -70,7 +98,7 @@ def plan(
         virtual = tuple(session_names(spec.recipe))
         recorded = set(list_sessions(paths, name)) - dropped_sessions(paths, name, virtual)
         if check:
-            check_packages(paths, spec, requests, virtual)
+            check_packages(paths, spec, requests, virtual, models)
             _check(paths, spec, virtual, recorded)
         names += sorted(others - set(names))
         sessions = sorted({*virtual, *recorded})
@@ -105,20 +133,26 @@ def _check(
 
 
 def check_packages(
-    paths: Paths, spec: DatasetSpec, requests: Iterable[Request], virtual: Sequence[str]
+    paths: Paths,
+    spec: DatasetSpec,
+    requests: Iterable[Request],
+    virtual: Sequence[str],
+    models: Collection[str] | None = None,
 ) -> None:
     """Raise DataError if a package is not installed that the first results of a data set need.
 
     A model or an embedding of `requests` may need an extra, and missing recordings of a recipe need
-    the virtual gripper. `virtual` are the sessions of the recipe.
+    the virtual gripper. `virtual` are the sessions of the recipe. If the run only trains `models`,
+    the other models and the embeddings are not checked.
     """
     file = paths.dataset(spec.name)
     if incomplete_sessions(paths, spec.name, virtual):
         require_extra("simulate", f"{file}: recipe")
-    if spec.embeddings:
-        require_extra("cnn", f"{file}: embeddings")
-    parts = [part.name for request in requests for part in request.parts if not part.is_late]
-    for name in dict.fromkeys(parts):
+    if models is None:
+        if spec.embeddings:
+            require_extra("cnn", f"{file}: embeddings")
+        models = [part.name for request in requests for part in request.parts if not part.is_late]
+    for name in dict.fromkeys(models):
         if name in MODELS and MODELS[name].extra:
             require_extra(MODELS[name].extra, f"{file}: model {name}")
 

@@ -11,7 +11,7 @@ from ajgdata.models import make_model
 from ajgdata.models.cnn import CnnClassifier
 from ajgdata.models.device import training_on
 from ajgdata.pipeline.jobs import run_job
-from ajgdata.pipeline.plan import plan
+from ajgdata.pipeline.plan import plan, requested_models
 from ajgdata.store.code_hash import code_hash
 from ajgdata.store.models import read_estimator, write_estimator
 from ajgdata.types import DataError, extras
@@ -216,6 +216,27 @@ def test_a_run_names_the_missing_extra_of_a_model_first(project, absent, keys, p
             plan(project.paths, check=True)
     else:
         plan(project.paths, check=True)
+
+
+@pytest.mark.parametrize(
+    ("target", "is_refused"),
+    [
+        ("results/models/d/edge/knn", False),
+        ("results/models/d/edge/cnn", True),
+        ("results/features/d.nc", False),
+        ("everything", True),
+    ],
+)
+def test_only_requested_models_need_their_extra(project, absent, target, is_refused):
+    project.session()
+    project.declare(tasks={"edge": {"target": "edge_mm", "models": ["knn", "cnn"]}})
+    absent("torch")
+    models = requested_models([target])
+    if is_refused:
+        with pytest.raises(DataError, match="model cnn: torch"):
+            plan(project.paths, check=True, models=models)
+    else:
+        plan(project.paths, check=True, models=models)
 
 
 def test_a_run_names_the_missing_extra_of_a_recipe_first(project, absent):
