@@ -78,6 +78,31 @@ def reliability(confidence: np.ndarray, is_correct: np.ndarray) -> list[Confiden
     ]
 
 
+def accuracy_by_coverage(
+    confidence: np.ndarray, is_correct: np.ndarray, coverages: Sequence[float]
+) -> list[float]:
+    """Return the accuracy of the most confident predictions, for each of the `coverages`.
+
+    `confidence` (n,) and the boolean `is_correct` (n,) are those of n predictions. A coverage is
+    their share that is kept, above 0 and up to 1; a part of a prediction counts as this part. Of
+    equally confident predictions, a random part is kept, so their mean accuracy counts.
+
+    >>> import numpy as np
+    >>> from ajgdata.evaluate.calibration import accuracy_by_coverage
+    >>> is_correct = np.array([False, True, True, False])
+    >>> accuracy_by_coverage(np.array([0.5, 0.9, 0.5, 0.5]), is_correct, [0.25, 1.0])
+    [1.0, 0.5]
+    """
+    values, member = np.unique(-confidence, return_inverse=True)
+    counts = np.bincount(member, minlength=len(values))
+    correct = np.bincount(member, is_correct, minlength=len(values))
+    kept = np.concatenate([[0.0], np.cumsum(counts)])
+    kept_correct = np.concatenate([[0.0], np.cumsum(correct)])
+    numbers = np.array(coverages) * len(confidence)
+    accuracy: list[float] = (np.interp(numbers, kept, kept_correct) / numbers).tolist()
+    return accuracy
+
+
 def calibration_error(bins: Sequence[ConfidenceBin]) -> float:
     """Return the expected calibration error: mean |confidence - accuracy| over predictions."""
     predictions = sum(part.count for part in bins)

@@ -21,7 +21,7 @@ from ajgdata.evaluate.agreement import UNDEFINED, Interval
 from ajgdata.evaluate.crossval import Predictions
 from ajgdata.evaluate.intervals import CONFIDENCE, RESAMPLES, ROUNDING
 from ajgdata.evaluate.metrics import LOWER_IS_BETTER, RANGES, wrapped
-from ajgdata.types import NotPossibleError
+from ajgdata.types import Kind, NotPossibleError
 
 
 def corrected_deviation(variance: float, count: int, test_share: float) -> float:
@@ -77,8 +77,9 @@ def grasp_errors(
 ) -> np.ndarray:
     """Return the mean squared error (grasps,) of each grasp, in the order of the grasps' names.
 
-    `groups` (n,) are the grasps of the rows of the input. The error of a grasp is the mean over all
-    its predictions. Raises ValueError for a grasp without predictions.
+    The error of a class is 1 if it is wrong, otherwise 0. `groups` (n,) are the grasps of the rows
+    of the input. The error of a grasp is the mean over all its predictions. Raises ValueError for a
+    grasp without predictions.
 
     >>> import numpy as np
     >>> from ajgdata.evaluate.crossval import Predictions
@@ -87,7 +88,10 @@ def grasp_errors(
     >>> grasp_errors(held_out, np.array(["a", "a", "b"]))
     array([5., 4.])
     """
-    squared = np.square(wrapped(predictions.y_pred - predictions.y_true, period))
+    if predictions.y_true.dtype.kind in "US":
+        squared = (predictions.y_pred != predictions.y_true).astype(float)
+    else:
+        squared = np.square(wrapped(predictions.y_pred - predictions.y_true, period))
     member = np.unique(groups, return_inverse=True)[1][predictions.row]
     count = np.bincount(member)
     if not count.all() or len(count) < len(np.unique(groups)):
@@ -95,8 +99,8 @@ def grasp_errors(
     return np.bincount(member, squared) / count
 
 
-class RobustError(NamedTuple):
-    """RMSE over repeated fits, in the unit of the target.
+class RobustScore(NamedTuple):
+    """RMSE over repeated fits, in the unit of the target, or accuracy.
 
     `per_fit` (fits,) are the values of the fits, each over all grasps, and `median` is their
     median. `low` and `high` are the ends of its 95 % bootstrap interval; each resample draws grasps
@@ -109,24 +113,30 @@ class RobustError(NamedTuple):
     per_fit: np.ndarray
 
 
-def robust_error(squared: np.ndarray, seed: int = 0) -> RobustError:
-    """Return the RMSE over fits from mean squared errors (fits, grasps) of each grasp.
+def robust_score(squared: np.ndarray, kind: Kind = "regression", seed: int = 0) -> RobustScore:
+    """Return the RMSE, or accuracy, over fits from the errors (fits, grasps) of `grasp_errors`.
 
     >>> import numpy as np
-    >>> robust_error(np.full((3, 20), 4.0))[:3]
+    >>> robust_score(np.full((3, 20), 4.0))[:3]
     (2.0, 2.0, 2.0)
+    >>> robust_score(np.full((3, 20), 0.25), "classification").median
+    0.75
     """
+
+    def score(mean: np.ndarray) -> np.ndarray:
+        return np.sqrt(mean) if kind == "regression" else 1 - mean
+
     fits, grasps = squared.shape
     generator = np.random.default_rng(seed)
     medians = np.empty(RESAMPLES)
     for n in range(RESAMPLES):
         drawn = np.bincount(generator.integers(grasps, size=grasps), minlength=grasps)
-        rmse = np.sqrt(squared @ drawn / grasps)
-        medians[n] = np.median(rmse[generator.integers(fits, size=fits)])
+        scores = score(squared @ drawn / grasps)
+        medians[n] = np.median(scores[generator.integers(fits, size=fits)])
     tail = 100 * (1 - CONFIDENCE) / 2
     low, high = np.percentile(medians, (tail, 100 - tail))
-    per_fit = np.sqrt(squared.mean(axis=1))
-    return RobustError(float(np.median(per_fit)), float(low), float(high), per_fit)
+    per_fit = score(squared.mean(axis=1))
+    return RobustScore(float(np.median(per_fit)), float(low), float(high), per_fit)
 
 
 Expected = Literal["better", "worse"]

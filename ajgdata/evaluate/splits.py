@@ -12,6 +12,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from sklearn.model_selection import KFold, LeaveOneGroupOut, StratifiedKFold
 
+from ajgdata.models.thinning import thinned
 from ajgdata.models.tuning import Folds, whole_groups
 from ajgdata.types import Kind, NotPossibleError
 from ajgdata.types.session import PLACEMENT_COLUMN
@@ -147,6 +148,32 @@ def random_folds(y: Sequence | np.ndarray, kind: Kind, folds: int = 5, seed: int
         warnings.filterwarnings("ignore", "The least populated class", UserWarning)
         pairs = list(splitter(folds, shuffle=True, random_state=seed).split(y, y))
     return _checked(pairs, y, kind, np.arange(len(y)))
+
+
+def balanced_rows(y: np.ndarray, groups: np.ndarray) -> np.ndarray:
+    """Return sorted row numbers with equally many rows of each class.
+
+    `y` (n,) are classes, and `groups` (n,) labels. All rows of the smallest class remain. Those of
+    a larger class are drawn at random with a fixed seed, from all its groups as evenly as possible.
+
+    >>> import numpy as np
+    >>> label, grasp = np.array(["a", "a", "a", "a", "b", "b"]), np.array([1, 1, 2, 2, 3, 3])
+    >>> rows = balanced_rows(label, grasp)
+    >>> label[rows].tolist(), grasp[rows].tolist()
+    (['a', 'a', 'b', 'b'], [1, 2, 3, 3])
+    """
+    classes, counts = np.unique(y, return_counts=True)
+    own_rows = [np.flatnonzero(y == label) for label in classes]
+    drawn = [rows[thinned(groups[rows], int(counts.min()))] for rows in own_rows]
+    return np.sort(np.concatenate(drawn))
+
+
+def balanced_folds(folds: Folds, y: np.ndarray, groups: np.ndarray) -> Folds:
+    """Return folds whose training parts have equally many rows of each class (`balanced_rows`).
+
+    The test parts are unchanged. `y` (n,) are classes, and `groups` (n,) labels.
+    """
+    return [(train[balanced_rows(y[train], groups[train])], test) for train, test in folds]
 
 
 def _checked(pairs: Iterable, y: np.ndarray, kind: Kind, group: np.ndarray) -> Folds:

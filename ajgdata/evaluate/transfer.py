@@ -29,6 +29,7 @@ from ajgdata.evaluate.agreement import UNDEFINED, Interval
 from ajgdata.evaluate.fold_tests import corrected_interval
 from ajgdata.evaluate.intervals import ROUNDING, metric_interval
 from ajgdata.evaluate.metrics import wrapped
+from ajgdata.evaluate.splits import balanced_rows
 from ajgdata.evaluate.task_data import TaskData
 from ajgdata.models import fit_named_model
 from ajgdata.types import Kind, NotPossibleError
@@ -86,6 +87,7 @@ def leave_groups_out(
     repeats: int = 3,
     seed: int = 0,
     period: float | None = None,
+    balance: bool = False,
 ) -> list[TransferPoint]:
     """Return the scores on each left-out group, for each number of training groups and adaptation.
 
@@ -95,7 +97,8 @@ def leave_groups_out(
     adaptation with the most labels are not scored in any adaptation, so that all adaptations are
     scored on the same recordings. Without choices (all groups, no labels), there is one draw.
 
-    Recordings whose `data.group` is also in the left-out group are not in the training part.
+    Recordings whose `data.group` is also in the left-out group are not in the training part. With
+    `balance`, it has equally many recordings of each class.
 
     Raises NotPossibleError if there are too few groups for a size, too few grasps of a group for an
     alignment, or training groups of one value.
@@ -112,7 +115,9 @@ def leave_groups_out(
     points: list[TransferPoint] = []
     with threadpool_limits(limits=1):
         for number, name in enumerate(names):
-            left = _LeftOutGroup(str(name), data, features, left_out, grasp, kind, period, fit)
+            left = _LeftOutGroup(
+                str(name), data, features, left_out, grasp, kind, period, balance, fit
+            )
             for size in sizes:
                 is_only_choice = size == len(names) - 1 and not _most_labelled(adaptations)
                 for draw in range(1 if is_only_choice else repeats):
@@ -193,6 +198,7 @@ class _LeftOutGroup:
     grasp: np.ndarray
     kind: Kind
     period: float | None
+    balance: bool
     fit: Fit
     trained: dict[tuple[tuple[str, ...], bool], _Trained] = field(default_factory=dict)
 
@@ -238,7 +244,10 @@ class _LeftOutGroup:
             )
 
     def _training_rows(self, training: np.ndarray) -> np.ndarray:
-        """Return the rows of the `training` groups without units of the left-out group."""
+        """Return the rows of the `training` groups without units of the left-out group.
+
+        If the training part is balanced, each class has equally many of them.
+        """
         is_shared = np.isin(self.data.group, self.data.group[self.rows])
         rows = np.flatnonzero(np.isin(self.group, training) & ~is_shared)
         if len(np.unique(self.data.value[rows])) < 2:
@@ -246,6 +255,8 @@ class _LeftOutGroup:
                 f"{self.name!r} left out, training on {', '.join(map(str, training))}: fewer than "
                 "two values of the target; raise experiments.transfer.groups, or record more"
             )
+        if self.balance:
+            rows = rows[balanced_rows(self.data.value[rows], self.grasp[rows])]
         return rows
 
     def _trained(self, train: np.ndarray, training: np.ndarray, is_normalised: bool) -> _Trained:

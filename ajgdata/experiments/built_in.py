@@ -33,6 +33,7 @@ _SPECS = (
         vectors=True,
         by_placement=True,
         augments=True,
+        balances=True,
     ),
     ExperimentSpec(
         name="reflected_energy",
@@ -92,6 +93,7 @@ _SPECS = (
         division=ByModel(),
         order=65,
         by_placement=True,
+        balances=True,
     ),
     ExperimentSpec(
         name="repeated_fits",
@@ -99,8 +101,8 @@ _SPECS = (
         settings=RepeatedFitsSettings,
         division=ByModel(),
         order=70,
-        kinds=("regression",),
         by_placement=True,
+        balances=True,
     ),
     ExperimentSpec(
         name="variants",

@@ -43,7 +43,7 @@ from ajgdata.evaluate.parts import (
     part_columns,
     placebo,
 )
-from ajgdata.evaluate.splits import column_folds
+from ajgdata.evaluate.splits import balanced_folds, column_folds, grouped_folds, random_folds
 from ajgdata.evaluate.task_data import (
     TaskData,
     TrainingCopies,
@@ -56,6 +56,7 @@ from ajgdata.experiments.base import Experiment, Inputs, Outcome
 from ajgdata.experiments.built_in import BUILT_IN
 from ajgdata.experiments.cross_validation_paper import paper_comparison
 from ajgdata.experiments.scores import (
+    POSITIONS,
     PREDICTIONS,
     ScoreKey,
     ScoreRow,
@@ -63,11 +64,12 @@ from ajgdata.experiments.scores import (
     fold_statistic,
     score_table,
 )
+from ajgdata.experiments.surface_map import surface_maps
 from ajgdata.models.tuning import Folds
 from ajgdata.store.metrics import COST
 from ajgdata.types import CrossValidationSettings, NotPossibleError
 from ajgdata.types.session import PLACEMENT_COLUMN, SESSION_COLUMN
-from ajgdata.types.table import table_of
+from ajgdata.types.table import Table, table_of
 
 PREDICTION_TITLES = {
     "recording": "Recording",
@@ -148,17 +150,27 @@ def cross_validated(
 ) -> CrossValidation:
     """Return the cross-validation of `model` on recordings of a task; see `cross_validate`.
 
-    `group` (n,) is never split; it is None for a random split.
+    `group` (n,) is never split; it is None for a random split. The training parts are balanced if
+    the task requests this.
     """
+    task = inputs.task_settings
+    if task.balance:
+        if not isinstance(folds, int):
+            pairs = folds
+        elif group is None:
+            pairs = random_folds(data.value, task.kind, folds, inputs.seed)
+        else:
+            pairs = grouped_folds(data.value, group, task.kind, folds, inputs.seed)
+        folds = balanced_folds(pairs, data.value, data.group)
     return cross_validate(
         data.feature,
         data.value,
         group,
-        kind=inputs.task_settings.kind,
+        kind=task.kind,
         model=model,
         folds=folds,
         seed=inputs.seed,
-        period=inputs.task_settings.period_deg,
+        period=task.period_deg,
         extra_tests=extra_tests,
         grasps=grasps,
         copies=copies,
@@ -274,6 +286,9 @@ def evaluate_controls(
 
 def measure(inputs: Inputs, settings: CrossValidationSettings, model: str) -> Outcome:
     """Return errors, predictions and cost of `model` on the folds of a task."""
+    positions = []
+    if inputs.task_settings.map:
+        positions = [position_table(inputs, inputs.data(), inputs.task_settings.map)]
     own = evaluate(inputs, model, settings.test_on, settings.compare_random)
     controls, unmeasured = evaluate_controls(inputs, model, settings)
     splits = {**own.splits, **controls.splits}
@@ -323,6 +338,7 @@ def measure(inputs: Inputs, settings: CrossValidationSettings, model: str) -> Ou
                 predicted,
                 **prediction_titles(inputs.task_settings.axes),
             ),
+            *positions,
         ),
         (score_table(costs, "Cost"),),
         {
@@ -347,6 +363,34 @@ def prediction_titles(axes: Sequence[str]) -> dict[str, str]:
         else:
             titles[key] = title
     return titles
+
+
+def position_table(inputs: Inputs, data: TaskData, columns: tuple[str, str]) -> Table:
+    """Return the session and the position of each recording, for the map of a task.
+
+    `columns` have the positions; an empty cell is a missing one. Raises NotPossibleError if a
+    column does not exist, or has other cells than numbers.
+    """
+    places = []
+    for column in columns:
+        if column not in inputs.store.columns:
+            raise NotPossibleError(f"map: there is no column {column!r}; add it, or remove `map`")
+        texts = column_labels(inputs.store, data, column)
+        try:
+            places.append(np.where(texts == "", "nan", texts).astype(float).tolist())
+        except ValueError:
+            raise NotPossibleError(
+                f"map: column {column!r} has cells that are not numbers; correct them, or remove "
+                "`map`"
+            ) from None
+    keys = ("recording", "session", "x", "y")
+    names = data.name.tolist()
+    sessions = data.by_session().group.tolist()
+    rows = [
+        dict(zip(keys, cells, strict=True)) for cells in zip(names, sessions, *places, strict=True)
+    ]
+    titles = dict(zip(keys, ("Recording", "Session", *columns), strict=True))
+    return table_of(POSITIONS, "Positions", rows, **titles)
 
 
 def design_of(inputs: Inputs, data: TaskData) -> Design:
@@ -437,6 +481,7 @@ EXPERIMENT = Experiment(
     measure=measure,
     plots=shown.PLOTS,
     own_rows=shown.rows,
+    own_figures=surface_maps,
     summary=shown.summary,
     advice=shown.advice,
     paper_comparison=paper_comparison,

@@ -1,4 +1,4 @@
-"""Repeated fits: the error on other data sets over many fits, as a median with an interval.
+"""Repeated fits: the score on other data sets over many fits, as a median with an interval.
 
 The fits differ by their folds and by the random state of the model. The models are trained on the
 task's own data set only.
@@ -13,9 +13,10 @@ import numpy as np
 
 from ajgdata.evaluate.agreement import Estimate, Interval
 from ajgdata.evaluate.crossval import cross_validate
-from ajgdata.evaluate.fold_tests import grasp_errors, repeat_seed, robust_error
+from ajgdata.evaluate.fold_tests import grasp_errors, repeat_seed, robust_score
+from ajgdata.evaluate.metrics import METRICS, perfect_value
 from ajgdata.evaluate.parts import elsewhere, part_columns
-from ajgdata.evaluate.splits import column_folds
+from ajgdata.evaluate.splits import balanced_folds, column_folds
 from ajgdata.experiments.base import Experiment, Inputs, Lookup, Outcome, Result, TaskResults
 from ajgdata.experiments.built_in import BUILT_IN
 from ajgdata.experiments.plots import Plot
@@ -28,16 +29,20 @@ from ajgdata.types.table import Table, table_of
 
 
 def measure(inputs: Inputs, settings: RepeatedFitsSettings, model: str) -> Outcome:
-    """Return the error of `model` on each data set: each fit, the median, and its interval."""
+    """Return the score of `model` on each data set: each fit, the median, and its interval."""
     own = inputs.data()
     tests = {name: inputs.data(name) for name in settings.test_on}
     squared: dict[str, list[np.ndarray]] = {name: [] for name in tests}
     chance: dict[str, list[float]] = {name: [] for name in tests}
     task = inputs.task_settings
+    metric = METRICS[task.kind][0]
     begun = time.process_time()
     count = inputs.fold_count(own.group)
     for repeat in range(settings.repeats):
         seed = repeat_seed(inputs.seed, repeat)
+        folds = column_folds(own.value, own.group, task.groups, task.kind, count, seed)
+        if task.balance:
+            folds = balanced_folds(folds, own.value, own.group)
         result = cross_validate(
             own.feature,
             own.value,
@@ -45,28 +50,28 @@ def measure(inputs: Inputs, settings: RepeatedFitsSettings, model: str) -> Outco
             model=model,
             extra_tests=tests,
             kind=task.kind,
-            folds=column_folds(own.value, own.group, task.groups, task.kind, count, seed),
+            folds=folds,
             seed=seed,
             period=task.period_deg,
         )
         for name, rows in squared.items():
             predictions = result.extra_tests[name].predictions
             rows.append(grasp_errors(predictions, tests[name].group, task.period_deg))
-            chance[name].append(result.extra_tests[name].scores.chance["rmse"])
+            chance[name].append(result.extra_tests[name].scores.chance[metric])
     spent = time.process_time() - begun
     scores: list[ScoreRow] = []
     for name, rows in squared.items():
-        error = robust_error(np.array(rows), inputs.seed)
+        score = robust_score(np.array(rows), task.kind, inputs.seed)
         statistics = {
-            **{f"fit {number}": value for number, value in enumerate(error.per_fit)},
-            "median": error.median,
-            "low": error.low,
-            "high": error.high,
+            **{f"fit {number}": value for number, value in enumerate(score.per_fit)},
+            "median": score.median,
+            "low": score.low,
+            "high": score.high,
             "chance": float(np.mean(chance[name])),
         }
         key = ScoreKey(model, *part_columns(elsewhere(name), inputs.dataset))
         scores += [
-            ScoreRow("rmse", statistic, value, key) for statistic, value in statistics.items()
+            ScoreRow(metric, statistic, value, key) for statistic, value in statistics.items()
         ]
     counts = {name: [len(np.unique(d.group)), len(d.group)] for name, d in tests.items()}
     cost = [ScoreRow("train_and_predict_s", COST, spent, ScoreKey(model))]
@@ -75,27 +80,28 @@ def measure(inputs: Inputs, settings: RepeatedFitsSettings, model: str) -> Outco
 
 
 def statistics(result: Result, name: str) -> dict[str, float]:
-    """Return median, ends of the interval and chance level of the RMSE on a data set, by name."""
+    """Return median, ends of the interval and chance level of the score on a data set, by name."""
     rows = result.tables[SCORES].where(test_set=name).rows
     return {str(row["statistic"]): float(row["value"]) for row in rows}
 
 
-def errors(results: TaskResults) -> Table:
+def medians(results: TaskResults) -> Table:
     """Return the median of all fits with its interval, per model and data set."""
     rows = []
     for name in results.settings.test_on:
         for result in results.results:
             values = statistics(result, name)
-            row = {"model": result.label, "dataset": name, "metric": "rmse"}
+            row = {"model": result.label, "dataset": name, "metric": results.metric}
             rows.append(row | values | {"value": values["median"]})
     columns = {"model": "Model", "dataset": "Tested on", "metric": "Metric"}
-    return table_of("errors", "Errors", rows, **columns, value="RMSE", low="From", high="To")
+    title = results.metric_title
+    return table_of("errors", "Errors", rows, **columns, value=title, low="From", high="To")
 
 
 FITS_PLOT = Plot(
     "rows",
-    errors,
-    "median RMSE over repeated cross-validations with other folds and seeds, of models that are "
+    medians,
+    "median over repeated cross-validations with other folds and seeds, of models that are "
     "trained on the data set of the task only; bootstrap over grasps and fits",
     x="dataset",
     cells={"model": "label", "dataset": "data set"},
@@ -119,9 +125,11 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     shown = [mean_sd(point.score, results.shown_unit) for point in points]
     text = [shown[0]]
     text += [f"{other.label}: {said}" for other, said in zip(further, shown[1:], strict=True)]
-    score = Estimate(median, Interval(low, high), chance, perfect=0.0)
-    verdict, remark = judged(paper, score, paper.value)
-    marks = Mark("ours", median, low, high), mark_of("chance", Score(chance, 0.0))
+    score = Estimate(median, Interval(low, high), chance, perfect_value(results.metric))
+    verdict, remark = judged(paper, score, paper.value / results.scale, scale=results.scale)
+    scale = results.scale
+    own = Mark("ours", scale * median, scale * low, scale * high)
+    marks = own, mark_of("chance", Score(chance, 0.0), scale)
     yield results.compared(paper, "; ".join(text), first.label, verdict, remark=remark, marks=marks)
 
 

@@ -203,6 +203,10 @@ def _check(spec: DatasetSpec, task: str, experiment: ExperimentSpec, settings: A
             f"experiments.{experiment.name} has no copies of recordings: use a task without "
             "`augment`"
         )
+    if spec.tasks[task].balance and not experiment.balances:
+        raise ValueError(
+            f"experiments.{experiment.name} does not balance classes: use a task without `balance`"
+        )
     experiment.check(settings, kind, spec.features)
     for key in listing_keys(experiment.settings):
         listed = getattr(settings, key)

@@ -9,6 +9,7 @@ from ajgdata.types.table import Table, table_of
 
 SCORES = "scores"  #: name of the tables whose rows go into `results/metrics.csv`
 PREDICTIONS = "predictions"  #: name of the tables whose rows go into `results/predictions.csv`
+POSITIONS = "positions"  #: name of the table with the positions of recordings, for `map` of a task
 STATISTICS = ("mean", "sd", "pooled", "chance")
 _FOLD = "fold "
 

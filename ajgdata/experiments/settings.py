@@ -154,7 +154,7 @@ class TransferSettings(Strict):
 
 
 class RepeatedFitsSettings(Strict):
-    """Error on other data sets over many fits of models that are trained on the task's own."""
+    """Score on other data sets over many fits of models that are trained on the task's own."""
 
     test_on: tuple[Name, ...] = Field(
         min_length=1, description="data sets that the models are tested on, e.g. under noise"

@@ -38,6 +38,7 @@ class ExperimentSpec:
     vectors: bool = False  #: whether it measures targets of several columns
     by_placement: bool = False  #: whether its folds can hold out one placement of every class
     augments: bool = False  #: whether its models are also trained on the copies of `augment`
+    balances: bool = False  #: whether its training parts follow `balance` of the task
     paper: str = ""
 
     @property

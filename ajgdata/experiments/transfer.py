@@ -169,6 +169,7 @@ def _measured_cases(
         repeats=settings.repeats,
         seed=inputs.seed,
         period=inputs.task_settings.period_deg,
+        balance=inputs.task_settings.balance,
     )
     by_case: dict[TransferCase, list[TransferPoint]] = {}
     for point in points:

@@ -85,6 +85,8 @@ class VariantRecordings:
         settings = self.inputs.other_tasks[str(change.task)]
         if settings.augment is not None:
             raise NotPossibleError(f"variants have no copies of recordings: {change.task} has them")
+        if settings.balance:
+            raise NotPossibleError(f"variants do not balance classes, as {change.task} requests")
         return replace(self.inputs, task_settings=settings)
 
     def feature_s(self, variant: NamedVariant) -> float:

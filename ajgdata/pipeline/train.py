@@ -22,7 +22,7 @@ from ajgdata.evaluate.embedding_data import (
 )
 from ajgdata.evaluate.in_use import calibration
 from ajgdata.evaluate.novelty import NoveltyGuard
-from ajgdata.evaluate.splits import Folds
+from ajgdata.evaluate.splits import Folds, balanced_rows
 from ajgdata.evaluate.task_data import (
     TaskData,
     TrainingCopies,
@@ -123,6 +123,9 @@ def train_model(
         description["axes"] = list(settings.axes)
     try:
         data = training_data(table, settings)
+        if settings.balance:
+            description["balance"] = True
+            data = data.where(balanced_rows(data.value, data.group))
         copies = None if maker is None else maker.copies(dataset, data.name.tolist())
         facts = _train(table, data, copies, settings, model=model, seed=seed, folder=folder)
         description.update(facts)

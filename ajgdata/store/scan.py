@@ -60,6 +60,8 @@ AUDIO_SUFFIXES = {
 #: File names without a pattern, if their labels are in label tracks: only the number 0 of a played
 #: sound has a meaning.
 ANY_NAME = r"(?:.*/)?(?:(?P<n>0+)_)?[^/]+"
+#: Group of a pattern that is not empty for the played sound of a session.
+PLAYED = "played"
 #: Role of a column or group with this name in lower case. All other columns and groups are labels.
 ROLES = {
     "recording_id": "recording_id",
@@ -125,7 +127,7 @@ class Scan:
     files: list[ScannedFile] = field(default_factory=list)
     remarks: Remarks = field(default_factory=lambda: defaultdict(list))
     is_simulated: bool = False
-    #: Named groups of each played sound (`0_<name>`), by path, and the played sounds by session.
+    #: Named groups of each played sound, by path, and the played sounds by session.
     played_rows: RowsByFile = field(default_factory=dict)
     played: defaultdict[str, list[Path]] = field(default_factory=lambda: defaultdict(list))
     #: Text of each session in the folder or table, by name, and the template of these texts;
@@ -281,7 +283,11 @@ def _by_name(audio: list[Path], settings: ImportSettings, name: str, result: Sca
             texts["session"] = path.parent.as_posix() if path.parent.name else name
         if takes_any:
             del texts["n"]
-        if is_kit and match["n"] and int(match["n"]) == 0:
+        if is_kit:
+            is_played = bool(match["n"]) and int(match["n"]) == 0
+        else:
+            is_played = bool(texts.pop(PLAYED, ""))
+        if is_played:
             result.remarks["not used"].append((path.as_posix(), "the played sound"))
             result.played_rows[path] = texts
         else:

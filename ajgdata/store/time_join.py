@@ -79,8 +79,9 @@ def join_by_time(
     """Return the cells of the nearest row of `settings.table` for each recording.
 
     `times` are the texts of the times of recordings. If they are `of_files`, the start of the
-    segment is added. Rows with equal times and equal cells count as one. A recording has no cells
-    if it has no time, if no row is within the tolerance, or if two different rows are equally near.
+    segment is added. `settings.latency_s` is subtracted. Rows with equal times and equal cells
+    count as one. A recording has no cells if it has no time, if no row is within the tolerance, or
+    if two different rows are equally near.
     Raises DataError for a table without the columns, and for a row without a time.
     """
     path = folder / settings.table
@@ -95,6 +96,7 @@ def join_by_time(
             time_s = parse_time(text, settings.utc_offset)
             if of_files:
                 time_s += Decimal(str(recording.segment.start_s))
+            time_s -= Decimal(str(settings.latency_s))
         except ValueError as error:
             result.missing.append((name, f"{error}; its joined columns are empty"))
             continue

@@ -44,6 +44,12 @@ class JoinSettings(Strict):
     tolerance_s: float = Field(
         ge=0, description="largest difference in time of a recording and its row, in seconds"
     )
+    latency_s: float = Field(
+        0,
+        allow_inf_nan=False,
+        description="measured time in s by which the sound is late, which is subtracted from the "
+        "times of recordings",
+    )
     columns: Annotated[tuple[str, ...], Distinct] = Field(
         (), description="joined columns; none: all columns except the time"
     )
@@ -140,7 +146,7 @@ class ImportSettings(Strict):
 #: Keys of a task that are not permitted for a kind of target.
 NOT_FOR: dict[Kind, tuple[str, ...]] = {
     "classification": ("withhold", "period_deg"),
-    "regression": ("classes", "min_groups"),
+    "regression": ("classes", "min_groups", "balance", "coverage", "map"),
 }
 #: Keys of a task that are not permitted for a target that is a vector.
 NOT_FOR_VECTORS = ("withhold", "period_deg")
@@ -323,8 +329,9 @@ class DatasetSpec(Strict):
         added: dict[str, Any] = {}
         if target.columns:
             added["axes"] = target.columns
-        if declared.augment is not None:
-            added["augment"] = declared.augment
+        for key in ("augment", "balance", "coverage", "map"):
+            if getattr(declared, key):
+                added[key] = getattr(declared, key)
         return TaskSettings(
             target=declared.target,
             kind=target.kind,

@@ -26,6 +26,7 @@ class TrainingSettings(Strict):
     axes: tuple[str, ...] = ()  #: columns of a target that is a vector; empty for one column
     placebo_objects: tuple[str, ...] = ()  #: `placebo` of the data set: no model is trained on them
     augment: Augment | None = None
+    balance: bool = False
 
 
 class TaskSettings(TrainingSettings):
@@ -33,4 +34,6 @@ class TaskSettings(TrainingSettings):
 
     folds: int
     withhold: tuple[float, ...] = ()
+    coverage: bool = False
+    map: tuple[str, str] | None = None
     kinds: dict[str, Kind] = {}  #: kind of every target of the data set by name, for embeddings

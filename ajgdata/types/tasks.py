@@ -79,6 +79,20 @@ class Task(CrossValidationSettings):
         description="changed copies of the recordings that models are also trained on, e.g. with "
         "noise; the models of cross-validation and the final models; null: none",
     )
+    balance: bool = Field(
+        False,
+        description="true: training parts have equally many recordings of each class, which are "
+        "drawn at random; test parts have all",
+    )
+    coverage: bool = Field(
+        False,
+        description="true: the report also shows the accuracy of the most confident predictions",
+    )
+    map: tuple[str, str] | None = Field(
+        None,
+        description="two columns with a position, e.g. [x, y]: the report also shows true and "
+        "predicted class over them; null: no map",
+    )
     experiments: dict[Name, dict[str, JsonValue]] = Field(
         {}, description="settings of additional experiments, by name of the experiment"
     )

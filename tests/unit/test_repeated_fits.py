@@ -7,7 +7,7 @@ import pytest
 from experiment_samples import measured, small_inputs, small_store, task_results
 
 from ajgdata.evaluate.crossval import Predictions, cross_validate
-from ajgdata.evaluate.fold_tests import grasp_errors, robust_error
+from ajgdata.evaluate.fold_tests import grasp_errors, robust_score
 from ajgdata.experiments.registry import load_experiment
 from ajgdata.report.comparison import UNSTABLE, PaperFigure
 
@@ -29,7 +29,7 @@ def test_the_interval_over_grasps_is_that_of_normal_errors():
     n = 4_000
     sigma = 3.0
     squared = np.square(np.random.default_rng(0).normal(0, sigma, n))
-    error = robust_error(np.tile(squared, (5, 1)))
+    error = robust_score(np.tile(squared, (5, 1)))
     reach = 1.96 * sigma / np.sqrt(2 * n)
     # The standard error of a 95 % end of 2,000 resamples is 0.06 of its distance; three of these.
     assert error.high - error.median == pytest.approx(reach, rel=0.2)
@@ -41,14 +41,14 @@ def test_fits_that_differ_widen_the_interval_and_one_that_fails_does_not_move_th
     rng = np.random.default_rng(1)
     scale = np.array([1.0, 2, 3, 4, 500])
     squared = np.square(scale[:, None] * rng.normal(size=(5, 2_000)))
-    error = robust_error(squared)
+    error = robust_score(squared)
     # The standard deviation of an RMSE of 2,000 errors is 1 / √4,000 of it; four of these.
     assert error.per_fit == pytest.approx(scale, rel=4 / np.sqrt(4_000))
     assert error.median == error.per_fit[2]
     # The median of five fits drawn with replacement is the least of them if three or more of five
     # draws are: 6 % of all. So the least is an end of the interval, and the largest the other.
     assert error.low < 1.2 and error.high > 400
-    assert robust_error(np.full((3, 4), [[1.0], [4.0], [100.0]])).median == 2
+    assert robust_score(np.full((3, 4), [[1.0], [4.0], [100.0]])).median == 2
 
 
 def louder(store, rng):

@@ -81,12 +81,21 @@ LAYOUTS = {
     "franka_contact": (
         [
             f"{SCAN}_2026_01_15_workspace_1_pure_no_contact/data/1_no_contact.wav",
+            f"{SCAN}_2026_01_14_workspace_3_pure_contact_relabeled/data/27_contact.wav",
+            f"{SCAN}_2026_01_14_workspace_3_pure_contact_relabeled/data/27_edge.wav",
+        ],
+        {"workspace_1_empty": 1, "workspace_3_blank": 2},
+        "contact",
+        {"no_contact", "edge", "contact"},
+    ),
+    "franka_new_object": (
+        [
             f"{SCAN}_2026_01_27_hold_out_dataset_relabeled/data/1022_edge.wav",
             f"{SCAN}_2026_01_27_hold_out_dataset_relabeled/data/1022_contact.wav",
         ],
-        {"workspace_1_empty": 1, "workspace_4_square": 2},
+        {"workspace_4_square": 2},
         "contact",
-        {"no_contact", "edge", "contact"},
+        {"edge", "contact"},
     ),
 }
 STONES = (
@@ -119,6 +128,9 @@ def test_its_files_give_sessions_and_labels(name, tmp_path):
                 path = folder / part.into / Path(file).relative_to(part.folder)
                 path.parent.mkdir(parents=True, exist_ok=True)
                 path.touch()
+    for data in folder.glob("*/data") if name.startswith("franka") else ():
+        rows = [f"./data/{path.name},{n}" for n, path in enumerate(data.iterdir())]
+        (data.parent / "sweep.csv").write_text("\n".join(["acoustic_filename,point_index", *rows]))
     if name == "stone_impact":
         (folder / "data").mkdir()
         (folder / "data/data_ini.csv").write_text(STONES)

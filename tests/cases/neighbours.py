@@ -1,0 +1,89 @@
+"""Folders of other laboratories, with short sounds that contain planted effects.
+
+Names of folders, files and columns are those of the pinned commits in `datasets/*/source.yaml`. A
+sound is a sum of tones in weak noise. An effect is the choice of these tones, so the score of each
+split is known before a model is trained.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+from sounds import write_wav
+
+RATE_HZ = 48_000
+#: Length of a sound, which is enough for several windows of 512 samples.
+LENGTH_S = 0.06
+FINGERS = ("029", "030", "032")
+#: Names of the tones by frequency. They are in different mel bands and spectral lines.
+TONES_HZ = (1200.0, 2000.0, 3200.0, 5000.0)
+ROOM_HZ = 9000.0
+CLASSES = ("contact", "no_contact", "edge")
+#: Workspaces 1 and 2 are most similar to each other, and workspaces 3 and 4 to workspace 1.
+ROOM_LEVELS = {1: 0.14, 2: 0.20, 3: 0.06, 4: 0.11}
+#: The tone of each class by workspace, if it is an effect of the session. In comparison with the
+#: most similar workspace, two of three classes have each other's tones.
+SESSION_TONES = {1: (0, 1, 2), 2: (1, 0, 2), 3: (0, 2, 1), 4: (0, 0, 2)}
+#: Points of each class on each board.
+BOARDS = {
+    "squares_cutout": {"contact": 2, "no_contact": 2, "edge": 2},
+    "pure_contact": {"contact": 4, "edge": 2},
+    "pure_no_contact": {"no_contact": 2},
+}
+SWEEP_COLUMNS = (
+    *("point_index", "timestamp", "x_target", "y_target", "z_target", "x", "y", "z"),
+    *("normalized_x", "normalized_y", "original_label", "relabeled_label", "acoustic_filename"),
+)
+
+
+def tones(amplitudes: dict[float, float], seed: object, length_s: float = LENGTH_S) -> np.ndarray:
+    """Return a sum of tones (n,) with random phases; `amplitudes` by frequency in Hz."""
+    random = np.random.default_rng(seed)
+    time_s = np.arange(round(length_s * RATE_HZ)) / RATE_HZ
+    sound = 1e-3 * random.standard_normal(len(time_s))
+    for frequency_hz, amplitude in amplitudes.items():
+        phase = random.uniform(0, 2 * np.pi)
+        sound += amplitude * np.sin(2 * np.pi * frequency_hz * time_s + phase)
+    return sound
+
+
+def write_sweeps(folder: Path, workspace: int, board: str, effect: str, points: dict) -> None:
+    """Write a run folder with sweep.csv and five recordings per point.
+
+    `effect` is that of the class: `object` is equal in all workspaces, `session` is another one in
+    each workspace, and a `mixture` has the first at points with odd numbers, the second at others.
+    Numbers of files begin again for each label.
+    """
+    numbers: Counter[str] = Counter()
+    rows = []
+    point = 0
+    for label, count in points.items():
+        for _ in range(count):
+            point += 1
+            is_session = effect == "session" or (effect == "mixture" and point % 2 == 0)
+            choice = SESSION_TONES[workspace] if is_session else (0, 1, 2)
+            tone_hz = TONES_HZ[choice[CLASSES.index(label)]]
+            if effect == "mixture" and not is_session:
+                tone_hz *= 6  # other tones than those of the session
+            for _ in range(5):
+                numbers[label] += 1
+                name = f"{numbers[label]}_{label}.wav"
+                seed = [workspace, len(board), CLASSES.index(label), numbers[label]]
+                sound = tones({tone_hz: 0.3, ROOM_HZ: ROOM_LEVELS[workspace]}, seed)
+                write_wav(folder / "data" / name, sound, RATE_HZ)
+                rows.append(_sweep_row(point, label, name))
+    with (folder / "sweep.csv").open("w", newline="") as stream:
+        writer = csv.DictWriter(stream, SWEEP_COLUMNS)
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def _sweep_row(point: int, label: str, name: str) -> dict[str, object]:
+    row = dict.fromkeys(SWEEP_COLUMNS, 0.19)
+    place = {"normalized_x": 0.1 * point, "normalized_y": 0.5}
+    labels = {"original_label": "contact", "relabeled_label": label}
+    names = {"point_index": point, "acoustic_filename": f"./data/{name}"}
+    return row | place | labels | names | {"timestamp": 1769522137.98 + 8 * point}
