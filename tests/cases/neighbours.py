@@ -17,7 +17,6 @@ from sounds import write_wav
 RATE_HZ = 48_000
 #: Length of a sound, which is enough for several windows of 512 samples.
 LENGTH_S = 0.06
-FINGERS = ("029", "030", "032")
 #: Names of the tones by frequency. They are in different mel bands and spectral lines.
 TONES_HZ = (1200.0, 2000.0, 3200.0, 5000.0)
 ROOM_HZ = 9000.0
@@ -87,3 +86,43 @@ def _sweep_row(point: int, label: str, name: str) -> dict[str, object]:
     labels = {"original_label": "contact", "relabeled_label": label}
     names = {"point_index": point, "acoustic_filename": f"./data/{name}"}
     return row | place | labels | names | {"timestamp": 1769522137.98 + 8 * point}
+
+
+#: Factor of each tone by finger. It is larger than the effect of a class, so a model that is used
+#: unchanged predicts one class for all recordings of a finger.
+FINGER_GAINS = {
+    "029": (4, 1, 1, 1),
+    "030": (1, 4, 1, 1),
+    "032": (1, 1, 4, 1),
+    "035": (4, 1, 1, 1),
+    "037": (1, 4, 1, 1),
+}
+PLACES = ("none", "base", "middle", "tip")
+
+
+def write_finger(
+    folder: Path, finger: str, labels: tuple[str, ...], repeats: int, *, is_gained: bool
+) -> None:
+    """Write the session of a soft finger: `0_sweep.wav`, `1_tip.wav`, ... and a pickled model.
+
+    A place doubles the level of its tone. A position in cm raises the level of the first tone in
+    proportion. If the finger `is_gained`, its tones have the factors of the finger.
+    """
+    gains = FINGER_GAINS[finger] if is_gained else (1, 1, 1, 1)
+    write_wav(folder / "0_sweep.wav", tones({500.0: 0.5}, 0), RATE_HZ)
+    (folder / "sensor_model.pkl").write_bytes(b"never read")
+    number = 0
+    for _ in range(repeats):
+        for label in labels:
+            number += 1
+            levels = [0.06] * len(TONES_HZ)
+            if label in PLACES:
+                levels[PLACES.index(label)] *= 2
+            else:
+                levels[0] *= 1 + float(label) / 9
+            amplitudes = {
+                frequency_hz: gain * level
+                for frequency_hz, gain, level in zip(TONES_HZ, gains, levels, strict=True)
+            }
+            sound = tones(amplitudes, [int(finger), number])
+            write_wav(folder / f"{number}_{label}.wav", sound, RATE_HZ)

@@ -9,11 +9,9 @@ from pathlib import Path
 
 import pytest
 import yaml
-from neighbours import (
-    BOARDS,
-    write_sweeps,
-)
+from neighbours import BOARDS, PLACES, RATE_HZ, tones, write_finger, write_sweeps
 from recorded import run_experiments
+from sounds import write_wav
 
 from ajgdata.paths import Paths
 from ajgdata.store.tables import read_measurements
@@ -97,3 +95,87 @@ def test_a_rigid_finger_in_a_new_workspace_and_on_a_new_object(franka, paths, ef
     assert tested["accuracy"] == pytest.approx(new_object)
     fits = found["new_object", "repeated_fits", "grouped", "franka_new_object"]
     assert fits["accuracy"] == pytest.approx(new_object)
+
+
+def adaptations(paths: Paths, dataset: str, task: str) -> dict[tuple[int, str], float]:
+    """Return the means over left-out groups of `transfer`, by training groups and adaptation."""
+    found = {}
+    for request in run_experiments(paths, dataset):
+        if (request.task, request.experiment.name) == (task, "transfer"):
+            for job in request.jobs:
+                ((_, tables),) = read_measurements(paths.experiment(*job))
+                (table,) = [table for table in tables if table.name == "means"]
+                for row in table.rows:
+                    found[row["training_groups"], row["adaptation"]] = row["value"]
+    return found
+
+
+def import_fingers(paths, src, ajgdata, features, dataset, folders, labels, repeats, is_gained):
+    """Import the sessions of soft fingers as a shipped data set; `folders` has their fingers."""
+    for name, finger in folders.items():
+        write_finger(src / name, finger, labels, repeats, is_gained=is_gained)
+    content = declare(paths, ROOT / "datasets" / dataset / "dataset.yaml")
+    (task,) = content["tasks"].values()
+    task["models"] = []  # only the experiment transfer
+    task["experiments"]["transfer"].update(align=[0, 8], repeats=1)
+    paths.dataset(dataset).write_text(yaml.safe_dump(content, sort_keys=False))
+    printed = ajgdata("import", src, "--dataset", dataset)
+    assert printed.code == 0, printed.text
+    assert printed.text.count("the played sound") == len(folders)
+    for name in folders:
+        assert (paths.session(dataset, name) / "session.yaml").read_text().count("0_sweep.wav")
+    features(dataset)
+
+
+@pytest.mark.parametrize("is_gained", [False, True])
+def test_a_soft_finger_that_is_left_out_is_recognised_after_normalisation(
+    paths, src, ajgdata, features, is_gained
+):
+    """Unchanged, all recordings of a left-out finger are predicted as one of four classes."""
+    folders = {f"finger_{finger}_no_stand": finger for finger in ("029", "030", "032")}
+    arguments = (paths, src, ajgdata, features, "soft_finger_contact", folders, PLACES)
+    import_fingers(*arguments, repeats=6, is_gained=is_gained)
+    means = adaptations(paths, "soft_finger_contact", "contact")
+    assert {size for size, _ in means} == {1, 2}  # training fingers
+    for size in (1, 2):
+        assert means[size, "unchanged"] == (0.25 if is_gained else 1)
+        assert means[size, "normalised"] == 1
+        assert means[size, "normalised, aligned with 8 grasps"] == 1
+    # The classes of one finger are aligned with those of the other one, but not with the mean of
+    # two fingers with opposite gains.
+    assert means[1, "aligned with 8 grasps"] == 1
+    assert means[2, "aligned with 8 grasps"] == (0 if is_gained else 1)
+
+
+@pytest.mark.parametrize("is_gained", [False, True])
+def test_positions_along_a_new_soft_finger(paths, src, ajgdata, features, is_gained):
+    """Positions of a finger are 1.5 cm apart; a left-out finger is another place of the scale."""
+    folders = {f"finger_{finger}": finger for finger in ("030", "032", "035")}
+    labels = ("none", *(f"{1.5 * place:.1f}" for place in range(7)))
+    arguments = (paths, src, ajgdata, features, "soft_finger_position", folders, labels)
+    import_fingers(*arguments, repeats=5, is_gained=is_gained)
+    means = adaptations(paths, "soft_finger_position", "position")
+    for size in (1, 2):
+        assert means[size, "normalised"] == pytest.approx(0, abs=1e-6)
+        if is_gained:
+            assert means[size, "unchanged"] > 1.5
+        else:
+            assert means[size, "unchanged"] == pytest.approx(0, abs=1e-6)
+
+
+def test_a_file_of_ten_minutes_becomes_one_recording_per_played_sound(paths, src, ajgdata, rows):
+    """The unlabelled file of a finger repeats the sound: here ten times, in 0.6 s."""
+    name = "finger_030_unlabelled"
+    write_finger(src / name, "030", ("none",), 1, is_gained=False)
+    (src / name / "1_none.wav").unlink()
+    write_wav(src / name / "1_unlabelled.wav", tones({1200.0: 0.2}, 1, 0.6), RATE_HZ)
+    content = declare(paths, ROOT / "datasets" / "soft_finger_contact" / "dataset.yaml")
+    imports = content["imports"]
+    imports["pattern"] = imports["pattern"].replace("none|", "none|unlabelled|")
+    imports["segments"] = {"period_s": 0.06}
+    paths.dataset(content["name"]).write_text(yaml.safe_dump(content, sort_keys=False))
+    printed = ajgdata("import", src, "--dataset", content["name"])
+    assert printed.code == 0, printed.text
+    table = rows(content["name"], name)
+    assert [row["start_s"] for row in table[:3]] == ["0.0", "0.06", "0.12"]
+    assert len(table) == 10 and {row["finger"] for row in table} == {"030"}

@@ -114,3 +114,12 @@ def test_a_row_of_several_recordings_is_noted_and_a_recording_without_time_is_li
 def test_a_table_that_cannot_be_joined_is_refused(tmp_path, table, settings, message):
     with pytest.raises(DataError, match=message):
         joined(tmp_path, table, {"a": "10"}, **settings)
+
+
+def test_a_measured_latency_is_subtracted_from_the_times_of_recordings(tmp_path):
+    table = "t,x\n10,1\n10.3,2\n"
+    assert joined(tmp_path, table, {"a": "10.4"}).cells[FilePart(Path("a.wav"))] == {"x": "2"}
+    late = joined(tmp_path, table, {"a": "10.4"}, latency_s=0.3)
+    assert late.cells[FilePart(Path("a.wav"))] == {"x": "1"}
+    early = joined(tmp_path, table, {"a": "9.8"}, latency_s=-0.5, tolerance_s=0)
+    assert early.cells[FilePart(Path("a.wav"))] == {"x": "2"}  # exactly, in decimals
