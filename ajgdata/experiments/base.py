@@ -57,6 +57,13 @@ class Recordings(Protocol):
         """
         ...
 
+    def played(self, dataset: str, name: str) -> np.ndarray:
+        """Return the samples (m,) of the sound that the session of a recording played.
+
+        Raises NotPossibleError if there is no such sound.
+        """
+        ...
+
 
 class CopyMaker(Protocol):
     """Source of the changed copies of recordings that a task with `augment` trains on."""

@@ -153,6 +153,11 @@ class VariantRecordings:
         if key not in self.simulated:
             assert inputs.grasps is not None, "planned from it"
             compute = self._computer(Variant())
+            if compute.needs_played:
+                raise NotPossibleError(
+                    f"simulated grasps have no features of the kind {inputs.features.kind}, which "
+                    "need the played sound"
+                )
             recordings = inputs.grasps.recordings(grasps, chosen)
             self.simulated[key] = np.array(
                 [compute(samples).values.ravel() for samples in recordings]
@@ -184,10 +189,20 @@ class VariantRecordings:
         features: list[dict[str, np.ndarray]] = [{} for _ in variants]
         seconds: list[list[float]] = [[] for _ in variants]
         sounds = self._samples([variant.change for variant in variants], dataset, names)
+        played = [
+            excitation_samples(variant.change.played(), inputs.audio.sample_rate_hz)
+            if computer.needs_played and variant.change.excitation
+            else None
+            for variant, computer in zip(variants, computers, strict=True)
+        ]
         for name, recordings in zip(names, sounds, strict=True):
             for at, samples in enumerate(recordings):
+                reference = played[at]
+                if computers[at].needs_played and reference is None:
+                    assert inputs.recordings is not None, "its samples are read"
+                    reference = inputs.recordings.played(dataset, name)
                 begun = time.process_time()
-                feature = computers[at](samples)
+                feature = computers[at](samples, reference)
                 seconds[at].append(time.process_time() - begun)
                 features[at][name] = feature.values.ravel()
         return {
@@ -198,8 +213,6 @@ class VariantRecordings:
     def _computer(self, change: Variant) -> FeatureComputer:
         """Return the computation of the features of a variant."""
         settings = change.feature_settings(self.inputs.features)
-        if settings.needs_played:
-            raise NotPossibleError(f"features of the kind {settings.kind} need the played sound")
         return FeatureComputer(self.inputs.audio, settings, self.inputs.folder)
 
     def _samples(

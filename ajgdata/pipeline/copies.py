@@ -6,14 +6,16 @@ import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
 from ajgdata.evaluate.task_data import TrainingCopies
-from ajgdata.features.augment import changed_copy, mean_power
+from ajgdata.features.augment import Noise, changed_copy, mean_power
 from ajgdata.features.compute import FeatureComputer
 from ajgdata.paths import Paths
 from ajgdata.pipeline.recordings import RecordingReader
+from ajgdata.store.audio import FileHashes
 from ajgdata.store.features import FeatureRows, read_store
 from ajgdata.types import AudioSettings, DataError, FeatureKind, NotPossibleError
 from ajgdata.types.augment import Augment
@@ -36,8 +38,7 @@ def copy_maker(
 
     `table` are the features of the data set `dataset`, whose task it is. `audio` has the settings
     of the data sets whose recordings are copied; they have one sample rate. Recordings of the noise
-    are resampled to this rate. Raises DataError if they are also recordings of `dataset`, and for
-    features that need the played sound.
+    are resampled to this rate. Raises DataError if they are also recordings of `dataset`.
     """
     if augment is None:
         return None
@@ -57,9 +58,6 @@ def copy_maker(
         read_audio[augment.noise_set] = AudioSettings.model_validate(settings | same_rate)
     reader = RecordingReader(paths, read_audio)
     compute = FeatureComputer(own, features, paths.dataset(dataset).parent)
-    if features.needs_played:
-        problem = f"features of the kind {features.kind} need the played sound"
-        raise DataError(f"task with augment of {dataset}", problem, "use another kind of feature")
     return RecordingCopies(augment, reader, compute, noise_names, seed)
 
 
@@ -86,28 +84,44 @@ class RecordingCopies:
         """
         new = [name for name in names if (dataset, name) not in self._computed]
         sounds = self.recordings.samples(dataset, new, self.compute.least_samples)
+        noise: Noise | None = None
+        if self.settings.noise_set:
+            noise = partial(self._recorded_noise, hashes=FileHashes())
         for name, samples in zip(new, sounds, strict=True):
             self._computed[dataset, name] = np.array(
-                [self._feature(samples, dataset, name, at) for at in range(self.settings.copies)]
+                [
+                    self._feature(samples, dataset, name, number, noise)
+                    for number in range(self.settings.copies)
+                ]
             )
         rows = np.repeat(np.arange(len(names)), self.settings.copies)
         return TrainingCopies(rows, np.concatenate([self._computed[dataset, n] for n in names]))
 
-    def _feature(self, samples: np.ndarray, dataset: str, name: str, number: int) -> np.ndarray:
-        """Return the feature (f,) of one copy of a recording with samples (n,) or (channels, n)."""
+    def _feature(
+        self, samples: np.ndarray, dataset: str, name: str, number: int, noise: Noise | None
+    ) -> np.ndarray:
+        """Return the feature (f,) of one copy of a recording with samples (n,) or (channels, n).
+
+        The played sound of the session does not change.
+        """
         digest = hashlib.sha256(f"{dataset}/{name}".encode()).digest()
         generator = np.random.default_rng([self.seed, int.from_bytes(digest[:8], "big"), number])
-        noise = self._recorded_noise if self.settings.noise_set else None
         rate_hz = self.compute.audio.sample_rate_hz
         copy = changed_copy(samples, rate_hz, self.settings, generator, noise)
+        played = None
+        if self.compute.needs_played:
+            played = self.recordings.played(dataset, name)
         try:
-            return self.compute(copy.astype(np.float32)).values.ravel()
+            return self.compute(copy.astype(np.float32), played).values.ravel()
         except ValueError as error:
             raise NotPossibleError(f"augment: a copy of recording {name!r}: {error}") from None
 
-    def _recorded_noise(self, generator: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
+    def _recorded_noise(
+        self, generator: np.random.Generator, shape: tuple[int, ...], hashes: FileHashes
+    ) -> np.ndarray:
         """Return a random segment of a random recording of the noise, of a `shape` (..., n).
 
+        `hashes` are those of files that were already read for other copies.
         All channels have the same noise, that of the first microphone. A shorter recording is
         repeated. A silent segment is drawn again.
         """
@@ -117,7 +131,7 @@ class RecordingCopies:
             raise NotPossibleError(f"augment.noise: {noise_set} has no usable recording")
         for _ in range(MAX_SILENT):
             name = self.noise_names[int(generator.integers(len(self.noise_names)))]
-            (recorded,) = self.recordings.samples(noise_set, [name], least_samples=1)
+            (recorded,) = self.recordings.samples(noise_set, [name], 1, hashes)
             first = np.atleast_2d(recorded)[0].astype(np.float64)
             repeats = -(-length // len(first))
             noise = np.tile(first, repeats)

@@ -17,7 +17,7 @@ from ajgdata.pipeline.session_differences import check_equal, read_session_table
 from ajgdata.report import card
 from ajgdata.store.audio import FileHashes, file_sha256, segment_bytes
 from ajgdata.store.code_hash import code_hash
-from ajgdata.store.features import FeatureRows, read_store, text_column
+from ajgdata.store.features import FeatureRows, read_store, text_column, write_store
 from ajgdata.store.files import copy, json_bytes, replacing_folder, sha256_of, yaml_bytes
 from ajgdata.store.findings import read_findings
 from ajgdata.store.freshness import check_up_to_date
@@ -27,7 +27,7 @@ from ajgdata.store.publishing import archive
 from ajgdata.store.publishing.about import About
 from ajgdata.store.publishing.croissant import croissant
 from ajgdata.store.publishing.datapackage import datapackage
-from ajgdata.store.publishing.table import FILE_NAME, PublishedTable, table_of
+from ajgdata.store.publishing.table import FILE_NAME, PublishedTable, file_name, table_of
 from ajgdata.store.publishing.typed_table import parquet_bytes
 from ajgdata.store.sessions import audio_path, inside, read_dataset, write_session
 from ajgdata.types import WHOLE_FILE, DataError, DatasetSpec, Recording, Session
@@ -91,14 +91,17 @@ def publish(
     features_sha256 = file_sha256(features)
     contents = _contents(paths, spec, features)
     check_up_to_date(paths, spec, session_names(spec.recipe))
-    suffixes = [_suffix(*recording) for recording in contents.recordings.values()]
-    table = table_of(_with_published_hashes(contents), suffixes, features)
     with locked(out, "publishing into it"), replacing_folder(out) as folder:
         tree = Tree(folder)
         copy(features, tree / tree.FEATURES)
         if file_sha256(tree / tree.FEATURES) != features_sha256:
             fix = "wait for the run that computes it, then publish again"
             raise DataError(features, "changed while it was read", fix)
+        if any(recording.segment != WHOLE_FILE for recording, _ in contents.recordings.values()):
+            contents = _with_segment_files(tree, contents)
+            write_store(tree / tree.FEATURES, contents.store)
+        suffixes = [_suffix(*recording) for recording in contents.recordings.values()]
+        table = table_of(contents.store, suffixes, features)
         _write(tree, tree.METADATA, table.encoded())
         _write(tree, tree.TYPED_METADATA, parquet_bytes(table))
         _write(tree, tree.DECLARATION, declaration_bytes(spec))
@@ -161,8 +164,8 @@ def _suffix(recording: Recording, path: Path) -> str:
     return path.suffix.lower() if recording.segment == WHOLE_FILE else ".wav"
 
 
-def _with_published_hashes(contents: _Contents) -> FeatureRows:
-    """Return the feature file with the sha256 of the published file of each segment.
+def _with_segment_files(tree: Tree, contents: _Contents) -> _Contents:
+    """Write each segment into a file, and return the content with the sha256 of these files.
 
     Raises DataError if the file of a segment changed since its features were computed.
     """
@@ -174,10 +177,12 @@ def _with_published_hashes(contents: _Contents) -> FeatureRows:
             continue
         if present[path] != hashes[name]:
             raise _changed(contents, path)
-        hashes[name] = sha256_of(segment_bytes(path, recording.segment))
-    meaning = store.columns["sha256"].attrs["long_name"]
-    columns = {**store.columns, "sha256": text_column([*hashes.values()], long_name=meaning)}
-    return replace(store, columns=columns)
+        content = segment_bytes(path, recording.segment)
+        hashes[name] = sha256_of(content)
+        _write(tree, file_name(name, hashes[name], _suffix(recording, path)), content)
+    attrs = store.columns["sha256"].attrs
+    columns = {**store.columns, "sha256": text_column([*hashes.values()], **attrs)}
+    return replace(contents, store=replace(store, columns=columns))
 
 
 def _changed(contents: _Contents, path: Path) -> DataError:
@@ -189,22 +194,22 @@ def _changed(contents: _Contents, path: Path) -> DataError:
 
 
 def _write_audio(tree: Tree, table: PublishedTable, contents: _Contents) -> None:
-    """Write every recording into a file and into the archive."""
+    """Write every recording into a file, unless it is a written segment, and into the archive."""
     names = tracked(list(contents.recordings), "copying")
     with ZipFile(tree / tree.ARCHIVE, "w") as packed:
         for row, name in zip(table.rows, names, strict=True):
             recording, path = contents.recordings[name]
+            is_segment = recording.segment != WHOLE_FILE
+            source = tree / row[FILE_NAME] if is_segment else path
             try:
-                if recording.segment == WHOLE_FILE:
-                    content = path.read_bytes()
-                else:
-                    content = segment_bytes(path, recording.segment)
+                content = source.read_bytes()
             except OSError as error:
                 fix = "restore it, or compute its features again"
-                raise DataError(path, f"cannot be read ({error.strerror})", fix) from None
+                raise DataError(source, f"cannot be read ({error.strerror})", fix) from None
             if sha256_of(content) != row["sha256"]:
-                raise _changed(contents, path)
-            _write(tree, row[FILE_NAME], content)
+                raise _changed(contents, source)
+            if not is_segment:
+                _write(tree, row[FILE_NAME], content)
             archive.add(packed, row[FILE_NAME], content)
 
 

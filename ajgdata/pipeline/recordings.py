@@ -15,7 +15,12 @@ import numpy as np
 from ajgdata.features.checks import check_audio
 from ajgdata.paths import Paths
 from ajgdata.store.audio import AudioError, FileHashes, Remark, read_audio
-from ajgdata.store.session_audio import PlayedFile, check_unchanged, checked_sha256
+from ajgdata.store.session_audio import (
+    PlayedFile,
+    check_unchanged,
+    checked_sha256,
+    played_file,
+)
 from ajgdata.store.sessions import audio_path, read_recordings, read_session
 from ajgdata.types import (
     WHOLE_FILE,
@@ -90,13 +95,19 @@ class RecordingReader:
         self._sessions: dict[tuple[str, str], tuple[Session, dict[str, Recording]]] = {}
 
     def samples(
-        self, dataset: str, names: Sequence[str], least_samples: int
+        self,
+        dataset: str,
+        names: Sequence[str],
+        least_samples: int,
+        hashes: FileHashes | None = None,
     ) -> Iterator[np.ndarray]:
         """Yield the samples of recordings of a data set, which have at least `least_samples`.
 
-        Raises NotPossibleError for a recording that cannot be used, or whose file was edited.
+        Several calls with the same `hashes` read each file once to check it. Raises
+        NotPossibleError for a recording that cannot be used, or whose file was edited.
         """
-        hashes = FileHashes()
+        if hashes is None:
+            hashes = FileHashes()
         for name in names:
             session, _, recording_id = name.partition("/")
             declared, rows = self._session(dataset, session)
@@ -115,6 +126,19 @@ class RecordingReader:
                     "see its data set's quarantine, or change the feature"
                 )
             yield samples
+
+    def played(self, dataset: str, name: str) -> np.ndarray:
+        """Return the samples (m,) of the sound that the session of a recording played.
+
+        Raises NotPossibleError if the session has no such sound, or if its file was edited.
+        """
+        session, _, _ = name.partition("/")
+        declared, _ = self._session(dataset, session)
+        file = played_file(self._paths.session(dataset, session), declared)
+        try:
+            return played_samples(file, self._audio[dataset].sample_rate_hz)
+        except ValueError as error:
+            raise NotPossibleError(f"recording {name!r}: {error}") from None
 
     def _session(self, dataset: str, session: str) -> tuple[Session, dict[str, Recording]]:
         """Return a session and its rows by recording_id, which are read once."""

@@ -61,6 +61,13 @@ class SessionAudio:
     findings: list[Finding] = field(default_factory=list)
 
 
+def played_file(folder: Path, session: Session) -> PlayedFile | None:
+    """Return the file of the sound that the session in `folder` played; None if it has none."""
+    if session.excitation is None:
+        return None
+    return PlayedFile(folder / session.excitation.file, session.excitation.sha256)
+
+
 def check_session(folder: Path, trusted: Mapping[str, str] | None = None) -> SessionAudio:
     """Read the tables and all files of a session. Problems become findings and not exceptions.
 
@@ -88,9 +95,7 @@ def check_session(folder: Path, trusted: Mapping[str, str] | None = None) -> Ses
         result.findings.append(Finding(folder.name, grasp, "", "warning", "skipped", problem, fix))
     known = trusted or {}
     hashes = FileHashes()
-    played = None
-    if session.excitation:
-        played = PlayedFile(folder / session.excitation.file, session.excitation.sha256)
+    played = played_file(folder, session)
     for recording in recordings:
         try:
             digest = known.get(recording.recording_id)

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import soundfile
 import yaml
 from recorded import make_features, run_experiments
 from worlds import AUDIO, FEATURES, RATE_HZ
@@ -16,11 +17,11 @@ from ajgdata.paths import Paths
 from ajgdata.pipeline.copies import copy_maker
 from ajgdata.pipeline.plan import plan
 from ajgdata.pipeline.train import train_final_model
-from ajgdata.store.audio import write_pcm24
+from ajgdata.store.audio import file_sha256, write_pcm24
 from ajgdata.store.features import read_store
-from ajgdata.store.sessions import read_dataset, write_session
+from ajgdata.store.sessions import read_dataset, read_recordings, write_session
 from ajgdata.store.tables import read_measurements
-from ajgdata.types import DataError, NotPossibleError, Recording, Session
+from ajgdata.types import DataError, Excitation, NotPossibleError, Recording, Session
 from ajgdata.types.augment import AddedNoise, Augment
 
 NOISE = {"source": "white", "snr_db": [0, 20]}
@@ -166,6 +167,96 @@ def test_recordings_of_a_data_set_are_noise_at_the_rate_of_the_recordings(with_n
     assert loudest.tolist() == [2000, 2000]
 
 
+def test_a_file_of_noise_is_hashed_once_per_call(with_noise_set, monkeypatch):
+    hashed = []
+
+    def counted(path):
+        hashed.append(path.name)
+        return file_sha256(path)
+
+    monkeypatch.setattr("ajgdata.store.audio.file_sha256", counted)
+    folder = with_noise_set.session("hum", "s1")
+    (row,) = read_recordings(folder)[0]
+    file = folder / row.file
+    row = row.model_copy(update={"sha256": file_sha256(file)})
+    write_session(folder, Session(session_id="s1", source="import"), [row])
+    noise = AddedNoise(source="hum", snr_db=(0, 0))
+    made = maker(with_noise_set, Augment(copies=5, noise=noise))
+    made.copies("quiet", ["s1/0"])
+    assert sorted(hashed) == ["0.wav", "0.wav"]  # the recording and its noise
+    write_pcm24(file, np.ones(100) / 2, RATE_HZ)
+    with pytest.raises(NotPossibleError, match="its bytes are not those"):
+        made.copies("quiet", ["s1/1"])
+
+
+KINDS = {
+    "spectrogram": {
+        "kind": "spectrogram",
+        "window": 256,
+        "hop": 128,
+        "length_s": 0.25,
+        "normalisation": "none",
+    },
+    "mel": {"kind": "mel", "window": 256, "hop": 128, "bands": 12, "normalisation": "none"},
+    "played": {"kind": "transfer_function", "window": 128, "hop": 64},
+    "microphone": {"kind": "transfer_function", "window": 128, "hop": 64, "reference": 2},
+}
+
+
+@pytest.fixture(params=KINDS)
+def two_microphones(paths, request) -> Paths:
+    """Recordings of a played noise by two microphones. The first one is louder for class `b`."""
+    augment = {"copies": 1, "gain_db": [0, 0]}
+    declare(
+        paths,
+        "two",
+        audio={"sample_rate_hz": RATE_HZ, "microphone": [1, 2]},
+        features=KINDS[request.param],
+        tasks={"kind": task(models=["knn"], folds=2, augment=augment)},
+    )
+    folder = paths.session("two", "s1")
+    generator = np.random.default_rng(0)
+    played = generator.uniform(-0.2, 0.2, 2000)
+    write_pcm24(folder / "excitation.wav", played, RATE_HZ)
+    sound = Excitation(file="excitation.wav", sha256=file_sha256(folder / "excitation.wav"))
+    (folder / "audio").mkdir()
+    rows = []
+    for number in range(8):
+        name = str(number)
+        gains = np.array([1 + 2 * (number % 2), 1])
+        samples = played[:, np.newaxis] * gains + generator.normal(0, 1e-3, (2000, 2))
+        soundfile.write(folder / f"audio/{name}.wav", samples, RATE_HZ, "PCM_24")
+        labels = {"kind": "ab"[number % 2]}
+        file = f"audio/{name}.wav"
+        rows.append(Recording(recording_id=name, file=file, grasp_id=name, labels=labels))
+    write_session(folder, Session(session_id="s1", source="import", excitation=sound), rows)
+    make_features(paths, "two")
+    return paths
+
+
+def test_a_copy_without_a_change_has_the_feature_of_its_recording(two_microphones):
+    """A gain of 0 dB changes nothing, for each kind of feature and for several microphones."""
+    spec = read_dataset(two_microphones, "two")
+    table = read_store(two_microphones.features("two"))
+    made = copy_maker(
+        spec.tasks["kind"].augment,
+        table,
+        two_microphones,
+        {"two": spec.audio},
+        spec.features,
+        dataset="two",
+        seed=0,
+    )
+    names = table.columns["recording"].values.tolist()
+    np.testing.assert_array_equal(made.copies("two", names).feature, table.flat)
+    run_experiments(two_microphones, "two")
+    file = two_microphones.experiment("two", "kind", "cross_validation", "plain")
+    ((about, tables),) = read_measurements(file)
+    assert "skipped" not in about, about.get("skipped")
+    rows = tables[0].where(metric="accuracy", statistic="mean", split="grouped").rows
+    assert [row["value"] for row in rows] == [1.0]
+
+
 def test_a_silent_segment_of_noise_is_drawn_again(planted_project):
     declare(planted_project, "clicks")
     mostly_silent = np.zeros(12_000)
@@ -271,12 +362,14 @@ def test_wrong_noise_is_one_line_with_the_task(planted_project):
     assert "is not a range: write the low end first" in problem
 
 
-def test_an_experiment_that_trains_without_copies_is_refused(planted_project):
+@pytest.mark.parametrize(
+    ("experiment", "settings"),
+    [("learning_curve", {"groups": [2, 4]}), ("transfer", {"leave_out": "session_id"})],
+)
+def test_an_experiment_that_trains_without_copies_is_refused(planted_project, experiment, settings):
     augment = {"gain_db": [0, 6]}
-    problem = problem_of(
-        planted_project, augment=augment, experiments={"learning_curve": {"groups": [2, 4]}}
-    )
-    assert "experiments.learning_curve has no copies of recordings" in problem
+    problem = problem_of(planted_project, augment=augment, experiments={experiment: settings})
+    assert f"experiments.{experiment} has no copies of recordings" in problem
     assert "use a task without `augment`" in problem
 
 

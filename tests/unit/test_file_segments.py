@@ -388,10 +388,28 @@ def test_folds_separate_grasps_so_that_a_score_is_of_the_class(
         assert lowest <= library.estimate_score(result, groups).value <= highest
 
 
-def test_published_segments_are_files_with_the_same_samples(imported, recorded, project, tmp_path):
+def test_published_segments_are_files_with_the_same_samples(
+    imported, recorded, project, tmp_path, monkeypatch
+):
     make_features(project.paths, NAME)
     out = tmp_path / "tree"
+    written = []
+
+    def counted(path, segment):
+        written.append((path, segment))
+        return audio.segment_bytes(path, segment)
+
+    monkeypatch.setattr("ajgdata.pipeline.publish.segment_bytes", counted)
     assert publish(project.paths, NAME, out).recordings == 2 * SECONDS
+    assert len(written) == len(set(written)) == 2 * SECONDS
+    published = read_store(out / "features.nc")
+    stored = read_store(project.paths.features(NAME))
+    names = published.columns["recording"].values.tolist()
+    for name, digest in zip(names, published.columns["sha256"].values, strict=True):
+        assert digest == audio.file_sha256(out / "audio" / f"{name}.wav")
+    np.testing.assert_array_equal(published.feature, stored.feature)
+    assert published.attrs == stored.attrs
+    assert set(stored.columns) == set(published.columns)
     whole = sf.read(recorded / "1.wav", dtype="int16")[0]
     got, rate = sf.read(out / "audio/board/1_08.wav", dtype="int16")
     assert rate == RATE_HZ

@@ -1,5 +1,7 @@
 """Variants of features and played sounds: files of the project, and scores."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from pydantic import ValidationError
@@ -14,8 +16,10 @@ from ajgdata.experiments.registry import load_experiment
 from ajgdata.experiments.requests import requested_experiments
 from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
 from ajgdata.experiments.settings import VariantsSettings
+from ajgdata.experiments.variant_data import VariantRecordings
 from ajgdata.experiments.variant_figures import errors
 from ajgdata.experiments.variants import measure
+from ajgdata.features.compute import FeatureComputer
 from ajgdata.features.spectrum import spectrum
 from ajgdata.pipeline.recipes import acquire_virtual, renderer
 from ajgdata.pipeline.recordings import RecordingReader
@@ -31,6 +35,7 @@ from ajgdata.types import (
     LogSweep,
     TaskSettings,
 )
+from ajgdata.types.features import TransferFunctionSettings
 from ajgdata.types.variants import Variants
 
 EXPERIMENT = load_experiment("variants")
@@ -190,6 +195,27 @@ def test_the_errors_are_those_of_features_made_alone(echoes):
         assert scores.numbers("value")[0] == pytest.approx(alone.scores.mean["rmse"], rel=1e-9)
     times = outcome.cost[0].where(metric="feature_s_per_recording")
     assert len(times.rows) == 2 and (times.numbers("value") > 0).all()
+
+
+def test_the_reference_of_a_transfer_function_is_the_sound_of_the_session(echoes):
+    """A change of the window needs the played sound, which is that of session.yaml."""
+    features = TransferFunctionSettings(window=64, hop=32)
+    file = Variants(
+        title="T",
+        question="Q?",
+        train="d",
+        task="t",
+        vary={"features.window": [64, 128]},
+        models=["ridge_plain"],
+    )
+    recordings = VariantRecordings(replace(echoes, features=features), file)
+    first, _ = file.all_variants
+    known, _ = recordings.data(first)
+    compute = FeatureComputer(SMALL_AUDIO, features)
+    (samples,) = echoes.recordings.samples("d", NAMES[:1], 256)
+    expected = compute(samples, echoes.recordings.played("d", NAMES[0]))
+    np.testing.assert_array_equal(known.feature[0], expected.values)
+    assert known.feature[0].max() > 0.5
 
 
 # Files of the project
