@@ -2,8 +2,9 @@
 
 Run `python benchmarks/features.py` (librosa: `make .venv/.bench`). The recordings are
 synthetic: noisy sweeps through random resonances, with a fixed seed. All routes must give the same
-features. The last table measures the job `features` of the workflow. Repeats are interleaved, so
-other processes on the computer influence all routes equally.
+features. Further tables measure the kinds of features, and the job `features` of the workflow.
+`--before CHECKOUT` compares this checkout with another one: the time of both, and the bytes of all
+spectra. Repeats are interleaved, so other processes on the computer influence all routes equally.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ import tempfile
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
-from time import perf_counter
+from time import perf_counter, process_time
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
@@ -31,20 +32,26 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
+from ajgdata.features.compute import FeatureComputer
 from ajgdata.features.spectrum import spectrum
 from ajgdata.paths import Paths
 from ajgdata.pipeline.machine import machine_line
 from ajgdata.store.audio import file_sha256, read_audio
+from ajgdata.store.features import open_store
 from ajgdata.store.sessions import write_session
-from ajgdata.types import AudioSettings, FeatureSettings, Recording, Session
+from ajgdata.types import AudioSettings, FeatureKind, FeatureSettings, Recording, Session
+from ajgdata.types.features import MelSettings, SpectrogramSettings, TransferFunctionSettings
 
 RATE_HZ = 44_100
 SETTINGS = FeatureSettings()
 WINDOW = SETTINGS.window
 HOP = SETTINGS.hop
 AUDIO = AudioSettings()
+#: Programs of other checkouts import the package from there.
+HERE = Path(__file__).resolve().parents[1]
 Route = Callable[[Sequence[Path]], NDArray[np.floating]]
-#: Program that runs the job `features` of a data set without Snakemake, and prints its seconds.
+#: Program that runs the job `features` of a data set without Snakemake, and prints its CPU time and
+#: its wall time in seconds.
 JOB = """
 import sys, time
 from pathlib import Path
@@ -58,10 +65,39 @@ for file in files.values():
     file.unlink(missing_ok=True)
 settings = {"audio": AudioSettings(), "features": FeatureSettings(), "targets": {}}
 start = time.perf_counter()
+cpu_start = time.process_time()
 build_feature_file(paths, dataset="d", sessions=["s"], code="", threads=int(sys.argv[2]),
                    **settings, **files)
+print(time.process_time() - cpu_start)
 print(time.perf_counter() - start)
 """
+#: Program that computes the spectra of files five times, and prints the smallest CPU time in s
+#: and a hash of the spectra. Other programs can only slow down a pass.
+SPECTRA = """
+import hashlib, sys, time
+from pathlib import Path
+from ajgdata.features.spectrum import spectrum
+from ajgdata.store.audio import read_audio
+from ajgdata.types import AudioSettings, FeatureSettings
+audio, settings = AudioSettings(), FeatureSettings()
+files = sorted(Path(sys.argv[1]).glob("*.wav"))
+seconds = []
+for _ in range(5):
+    start = time.process_time()
+    spectra = [spectrum(read_audio(file, audio).samples, audio.sample_rate_hz, settings)
+               for file in files]
+    seconds.append(time.process_time() - start)
+print(min(seconds))
+print(hashlib.sha256(b"".join(values.tobytes() for values in spectra)).hexdigest())
+"""
+#: Settings of the compared kinds of features by title.
+KINDS: dict[str, FeatureKind] = {
+    "spectrum": SETTINGS,
+    "spectrogram": SpectrogramSettings(),
+    "mel": MelSettings(),
+    "mel, frames": MelSettings(over_time="frames"),
+    "transfer_function": TransferFunctionSettings(),
+}
 
 
 def by_ajgdata(paths: Sequence[Path]) -> NDArray[np.floating]:
@@ -266,12 +302,99 @@ def feature_files(console: Console, folder: Path, count: int, repeats: int) -> N
     console.print(table)
 
 
+def output_of(program: str, checkout: Path, *arguments: str) -> list[str]:
+    """Return the lines that a Python program prints with the package of a checkout."""
+    command = [sys.executable, "-c", program, *arguments]
+    environment = {**os.environ, "PYTHONPATH": str(checkout)}
+    done = subprocess.run(
+        command, check=True, stdout=subprocess.PIPE, text=True, env=environment, cwd=checkout
+    )
+    return done.stdout.splitlines()
+
+
+def before_and_after(
+    console: Console, folder: Path, before: Path, count: int, repeats: int
+) -> None:
+    """Print the times of another checkout and of this one, and compare the bytes of spectra.
+
+    The stored values of the job `features` are compared, because its file also names the settings.
+    """
+    folder.mkdir()
+    files = make_recordings(folder, count, "PCM_24")
+    checkouts = {"before": before, "after": HERE}
+    seconds: dict[str, list[dict[str, float]]] = {"spectra": [], "job `features`": []}
+    spectra = set()
+    stored = set()
+    root = folder / "project"
+    write_dataset(root, files)
+    for repeat in range(repeats):
+        names = list(checkouts)[:: 1 if repeat % 2 else -1]
+        spectra_s = {}
+        job_s = {}
+        for name in names:
+            spent, digest = output_of(SPECTRA, checkouts[name], str(folder))
+            spectra_s[name] = float(spent)
+            spectra.add(digest)
+            job_s[name] = float(output_of(JOB, checkouts[name], str(root), "1")[-2])
+            with open_store(Paths(root).features("d")) as store:
+                stored.add(store["feature"].values.tobytes())
+        seconds["spectra"].append(spectra_s)
+        seconds["job `features`"].append(job_s)
+    assert len(spectra) == 1, "spectra have other bytes"
+    assert len(stored) == 1, "the job stores other values"
+    table = Table(
+        title=f"{count} recordings of one second, {repeats} repeats, CPU time; equal bytes"
+    )
+    for heading in ("", "before, ms", "after, ms", "after / before"):
+        table.add_column(heading, justify="right")
+    for name, rows in seconds.items():
+        before_ms, after_ms = (
+            1e3 * float(np.median([row[key] for row in rows])) / count for key in checkouts
+        )
+        ratio = float(np.median([row["after"] / row["before"] for row in rows]))
+        table.add_row(name, f"{before_ms:.3f}", f"{after_ms:.3f}", f"{ratio:.3f}")
+    console.print(table)
+
+
+def kinds(console: Console, paths: Sequence[Path], repeats: int) -> None:
+    """Print the CPU time of each kind of feature, for one microphone and for two."""
+    samples = [read_audio(path, AUDIO).samples for path in paths]
+    played = samples[0]
+    computers = {
+        (title, microphone): FeatureComputer(AudioSettings(microphone=microphone), settings)
+        for title, settings in KINDS.items()
+        for microphone in (1, (1, 2))
+    }
+    seconds = np.empty((repeats, len(computers)))
+    values = {}
+    for repeat in range(repeats):
+        for column, (key, computer) in enumerate(computers.items()):
+            channels = 1 if key[1] == 1 else 2
+            values[key] = computer(np.tile(samples[0], (channels, 1)), played).values.size
+            start = process_time()
+            for sound in samples:
+                computer(np.tile(sound, (channels, 1)), played)
+            seconds[repeat, column] = process_time() - start
+    table = Table(title=f"kinds of features: {len(paths)} recordings, {repeats} repeats, CPU time")
+    headings = ("kind", "microphones", "values", "ms per recording", "/ spectrum")
+    for heading in headings:
+        table.add_column(heading, justify="right")
+    for column, (title, microphone) in enumerate(computers):
+        each_ms = 1e3 * float(np.median(seconds[:, column])) / len(paths)
+        ratio = float(np.median(seconds[:, column] / seconds[:, 0]))
+        channels = "1" if microphone == 1 else "2"
+        count = f"{values[title, microphone]:,}"
+        table.add_row(title, channels, count, f"{each_ms:.2f}", f"{ratio:.2f}")
+    console.print(table)
+
+
 def main() -> None:
     """Measure all routes and the job, and print the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("-n", "--recordings", type=int, default=300)
     parser.add_argument("--job", type=int, default=4000, help="recordings of the job, 0: none")
     parser.add_argument("--repeats", type=int, default=5)
+    parser.add_argument("--before", type=Path, help="checkout to compare with, for its tables only")
     arguments = parser.parse_args()
     console = Console(width=110)
     console.print(
@@ -279,12 +402,19 @@ def main() -> None:
         "other programs can slow down two threads or processes"
     )
     with tempfile.TemporaryDirectory() as folder:
+        if arguments.before:
+            before = arguments.before.resolve()
+            before_and_after(
+                console, Path(folder) / "both", before, arguments.recordings, arguments.repeats
+            )
+            return
         for subtype in ("PCM_24", "PCM_16"):
             paths = make_recordings(Path(folder), arguments.recordings, subtype)
             worst = check_agreement(paths[:10])
             console.print(f"{subtype}: all routes agree within {worst:.1e} of the largest bin")
             compare(console, paths, subtype, arguments.repeats)
         growth(console, paths)
+        kinds(console, paths[:100], arguments.repeats)
         if arguments.job:
             feature_files(console, Path(folder) / "job", arguments.job, arguments.repeats)
     console.print(machine_line())
