@@ -34,7 +34,7 @@ import xarray as xr
 from threadpoolctl import threadpool_limits
 
 import ajgdata
-from ajgdata.evaluate.crossval import CrossValidation, Predictions, Scores
+from ajgdata.evaluate.crossval import CrossValidation, Predictions
 from ajgdata.evaluate.intervals import mean_interval
 from ajgdata.evaluate.metrics import METRICS, perfect_value, wrapped
 from ajgdata.evaluate.splits import column_folds
@@ -43,7 +43,6 @@ from ajgdata.features.compute import FeatureComputer
 from ajgdata.paths import Paths
 from ajgdata.store.audio import read_audio
 from ajgdata.store.files import write_if_changed
-from ajgdata.store.provenance import software
 from ajgdata.store.sessions import read_dataset
 from ajgdata.types import DatasetSpec, FeatureKind, Kind
 from ajgdata.types.features import SpectrogramSettings, feature_settings
@@ -336,7 +335,6 @@ def main() -> None:
                 scores += evaluated(arguments.project, evaluation)
         cost = costs(name, feature_table(arguments.project, name))
         results = {
-            "commit": software()["git_commit"],
             "scores": [*without(results["scores"], name), *scores],
             "costs": [*without(results["costs"], name), cost],
         }
