@@ -32,6 +32,7 @@ SOURCE_FILE = "source.yaml"
 SESSION_FILE = "session.yaml"
 RECORDINGS_FILE = "recordings.csv"
 AUDIO_FOLDER = "audio"
+IMPORTED_TABLES_FOLDER = "tables"  #: in a session: imported tables of features
 EXCITATION_FILE = "excitation.wav"
 # Names in the folder of a report.
 INDEX = "index.html"

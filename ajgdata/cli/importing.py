@@ -55,16 +55,24 @@ SegmentsOption = Annotated[
     Literal["track", "table"] | None,
     typer.Option(help="files with many sounds: labels of Audacity (track) or table"),
 ]
+FeaturesOption = Annotated[
+    Path | None, typer.Option(help="table of features without recordings: CSV, TSV or Parquet")
+]
+FeatureColumnsOption = Annotated[
+    str, typer.Option(help="columns that are features: a regular expression")
+]
 OnChangeOption = Annotated[
     OnChange, typer.Option(help="differences to take from the folder in a second import")
 ]
 
 
 def import_command(
-    folder: Annotated[Path, typer.Argument(help="folder with the recordings")],
     dataset: Annotated[
         str, typer.Option(help="data set; created if it is new", autocompletion=dataset_names)
     ],
+    folder: Annotated[Path | None, typer.Argument(help="folder with the recordings")] = None,
+    features: FeaturesOption = None,
+    feature_columns: FeatureColumnsOption = "",
     pattern: Pattern = "",
     table: TableOption = "",
     file: Annotated[str, typer.Option(help="template of a row's file, e.g. 'wav/{name}.wav'")] = "",
@@ -96,15 +104,16 @@ def import_command(
     Groups of a pattern, and columns of a table, are labels, or session, placement, grasp, object,
     sample and quality. A second import adds new recordings and lists differences. Exit code 3 if
     recordings of the data set were skipped or cannot be used, or if there are warnings.
+
+    With --features, each row of a table is a recording without sound.
     """
     from ajgdata.pipeline.importing import import_folder
+    from ajgdata.pipeline.table_import import import_table
 
     paths = find_project()
     known = paths.dataset(checked_name(dataset)).is_file()
     rules = {"labels": segments, "period_s": period, "offset_s": offset}
     given_rules = {key: value for key, value in rules.items() if value is not None}
-    if not (known or pattern or table or given_rules):
-        check_file_names(folder)
     settings = _import_settings(
         pattern=pattern,
         table=table,
@@ -115,21 +124,48 @@ def import_command(
         object=object_,
         segments=given_rules,
     )
-    spec, result = import_folder(
-        paths,
-        dataset,
-        folder,
-        settings=settings,
-        targets=target or [],
-        copy=not reference,
-        on_change=on_change,
-        microphone=_microphone(microphone),
-    )
+    if features is not None:
+        refuse_options({"FOLDER": folder, "--reference": reference, "--microphone": microphone})
+        spec, result = import_table(
+            paths,
+            dataset,
+            features,
+            settings=settings,
+            columns=feature_columns,
+            targets=target or [],
+            on_change=on_change,
+        )
+    else:
+        if folder is None:
+            fix = "name a folder with recordings, or a table with --features"
+            raise DataError("ajgdata import", "FOLDER is missing", fix)
+        if feature_columns:
+            raise DataError("--feature-columns", "requires --features", "add --features TABLE")
+        if not (known or pattern or table or given_rules):
+            check_file_names(folder)
+        spec, result = import_folder(
+            paths,
+            dataset,
+            folder,
+            settings=settings,
+            targets=target or [],
+            copy=not reference,
+            on_change=on_change,
+            microphone=_microphone(microphone),
+        )
     show_import(result, dataset, everything=everything)
     is_ambiguous = False
     if paths.dataset(dataset).is_file():
         is_ambiguous = show_summary(paths, spec, known=known)
     raise typer.Exit(0 if result.is_complete and not is_ambiguous else ATTENTION)
+
+
+def refuse_options(options: dict[str, object]) -> None:
+    """Raise DataError for an option of recordings that is given with a table of features."""
+    for option, value in options.items():
+        if value:
+            problem = "is for recordings, and --features names a table without recordings"
+            raise DataError(option, problem, f"remove {option}")
 
 
 def check_file_names(folder: Path) -> None:
@@ -230,10 +266,11 @@ def show_summary(paths: Paths, spec: DatasetSpec, *, known: bool) -> bool:
         print_facts(label_counts(tables, spec.label_targets))
         issues += cells_without_value(tables, spec)
     else:  # the import has already listed cells without a value
-        channel = _channel(spec.audio.microphone)
         targets = ", ".join(spec.targets) or "none"
-        rate = f"{spec.audio.sample_rate_hz} Hz"
-        say(f"now declared in {file}: {rate}, {channel}, targets {targets}")
+        source = "features of a table"
+        if spec.features.needs_waveform:
+            source = f"{spec.audio.sample_rate_hz} Hz, {_channel(spec.audio.microphone)}"
+        say(f"now declared in {file}: {source}, targets {targets}")
         print_facts(label_counts(tables, spec.label_targets))
         say("models: linear and k-NN; to train the CNN too, add `cnn` to `models` of a task")
     for issue in issues:

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from ajgdata.store.feature_array import CHANNEL, Axis, FeatureArray, channel_axis
+from ajgdata.store.feature_array import CHANNEL, Axis, FeatureArray, channel_axis, column_axis
 from ajgdata.types import AudioSettings, DataError, FeatureKind
 from ajgdata.types.extras import optional_packages
 
@@ -54,12 +54,13 @@ class FeatureComputer:
         self._settings = features.in_folder(folder)
         self.least_samples = features.least_samples(audio.sample_rate_hz)
         self.needs_played = features.needs_played
+        self.needs_waveform = features.needs_waveform
         self.reaching_hz = features.reaching_hz(audio.sample_rate_hz)
 
     @cached_property
-    def _function(self) -> Callable[[FeatureInput, Any], Any]:
+    def _function(self) -> Callable[..., Any]:
         with optional_packages(f"features.kind {self._settings.kind}"):
-            function: Callable[[FeatureInput, Any], Any] = resolve_name(self._settings.function)
+            function: Callable[..., Any] = resolve_name(self._settings.function)
         return function
 
     @cached_property
@@ -69,6 +70,9 @@ class FeatureComputer:
         Raises DataError if no recording can have the feature, for example because a file of the
         settings is missing.
         """
+        columns = self._settings.table_columns
+        if columns:
+            return (column_axis(columns),)
         shape = (len(self.audio.microphones), self.least_samples)
         noise = np.random.default_rng(0).uniform(-1, 1, self.least_samples)
         samples = np.broadcast_to(noise, shape).astype(np.float32)
@@ -96,8 +100,19 @@ class FeatureComputer:
             raise ValueError(f"the feature {self._settings.kind} has NaN or infinity")
         return result
 
+    def from_table(self, path: Path, row: int) -> FeatureArray:
+        """Return the feature in a row of an imported table, counted from 1.
+
+        Raises ValueError for a row without this feature.
+        """
+        values: np.ndarray = self._function(path, row, self._settings)
+        return FeatureArray(values.astype(np.float32), self.axes)
+
     def _computed(self, samples: np.ndarray, played: np.ndarray | None) -> FeatureArray:
         """Return the feature, float32, without a dimension for a single microphone."""
+        if not self.needs_waveform:
+            kind = self._settings.kind
+            raise ValueError(f"the feature {kind} is not computed from a sound")
         audio = self.audio
         sound = FeatureInput(
             np.atleast_2d(samples), audio.sample_rate_hz, audio.microphones, played

@@ -53,7 +53,9 @@ def accept_recordings(paths: Paths, dataset: str) -> tuple[list[Accepted], list[
     and neither do sessions whose tables cannot be read; `validate_dataset` reports both. Raises
     DataError for an unknown data set, and while another process writes into the data set.
     """
-    read_dataset(paths, dataset)
+    if not read_dataset(paths, dataset).features.needs_waveform:
+        fix = "import the edited table with `ajgdata import --features TABLE --on-change files`"
+        raise DataError(f"{dataset} --accept", "has a table, and no recordings to accept", fix)
     accepted = []
     not_accepted = []
     with locked(paths.recordings(dataset), ACCEPTING):

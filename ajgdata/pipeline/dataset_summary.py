@@ -28,6 +28,7 @@ MAX_SPECTRA = 8
 def summary(paths: Paths, spec: DatasetSpec, store: FeatureRows) -> DatasetSummary:
     """Return the summary of a data set and its features."""
     settings = json.loads(str(store.attrs["settings"]))
+    has_players = bool(paths.run) and spec.features.needs_waveform
     return DatasetSummary(
         name=spec.name,
         title=spec.title or spec.name,
@@ -47,7 +48,7 @@ def summary(paths: Paths, spec: DatasetSpec, store: FeatureRows) -> DatasetSumma
         ),
         findings=tuple(read_findings(paths.quarantine(spec.name))),
         spectra=mean_spectra(store, spec),
-        samples=tuple(samples(paths, spec, store)) if paths.run else (),
+        samples=tuple(samples(paths, spec, store)) if has_players else (),
     )
 
 

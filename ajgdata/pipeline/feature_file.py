@@ -19,6 +19,7 @@ from ajgdata.pipeline.progress import tell
 from ajgdata.pipeline.recordings import examine, finding, no_feature, played_samples
 from ajgdata.pipeline.session_levels import level_issues
 from ajgdata.pipeline.similar_sounds import without_equal_sounds
+from ajgdata.pipeline.table_rows import examine_row, without_equal_rows
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.features import FeatureRows, read_store, text_column, write_store
 from ajgdata.store.files import sha256_of
@@ -152,7 +153,10 @@ def build_feature_file(
         parts = _parts(paths, dataset, digests, previous, computer, targets, threads)
         joined = _joined(parts, computer, features.kind, targets)
         table, copies = without_copies(joined, [*targets])
-        table, sounds = without_equal_sounds(table, [*targets], features)
+        if computer.needs_waveform:
+            table, sounds = without_equal_sounds(table, [*targets], features)
+        else:
+            table, sounds = without_equal_rows(table, [*targets])
     issues = [*copies, *sounds, *(issue for part in parts for issue in part.issues)]
     table = _with_attributes(table, dataset, audio, features, digest)
     # The hashes are only valid for this feature file: they are removed first and written last.
@@ -236,6 +240,14 @@ def _named_row(
 
 def _row(session: str, file: AudioFile, computer: FeatureComputer) -> RecordingRow:
     """Read a file of a session and compute its feature."""
+    if not computer.needs_waveform:
+        return _table_row(session, file, computer)
+    if file.table_row is not None:
+        problem = "a row of a table has no waveform"
+        fix = "use features.kind table in dataset.yaml"
+        names = (session, file.recording_id, file.path.name)
+        issue = Finding(*names, "error", "no_waveform", problem, fix)
+        return RecordingRow(None, (issue,), file.sha256)
     result = examine(
         file.path, computer.audio, computer.least_samples, computer.reaching_hz, file.segment
     )
@@ -255,6 +267,12 @@ def _row(session: str, file: AudioFile, computer: FeatureComputer) -> RecordingR
         for doubt in feature.doubts
     )
     return RecordingRow(feature.values, (*issues, *doubts), file.sha256, result.levels_db)
+
+
+def _table_row(session: str, file: AudioFile, computer: FeatureComputer) -> RecordingRow:
+    """Read the feature of a row of an imported table."""
+    values, issues = examine_row(session, file, computer)
+    return RecordingRow(values, issues, file.sha256)
 
 
 def _part(

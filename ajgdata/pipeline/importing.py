@@ -40,6 +40,7 @@ from ajgdata.types import (
     DatasetSpec,
     ImportSettings,
     OnChange,
+    Strict,
     Task,
     checked,
     checked_name,
@@ -90,7 +91,7 @@ def import_folder(
         is_requested = microphone is not None
         check_added_channels(paths, dataset, scanned, contents, used, is_requested=is_requested)
     spec = declared or declare(dataset, scanned, contents, chosen, targets, microphone)
-    _note_columns(paths, spec, scanned, targets)
+    note_columns(paths, spec, scanned, targets)
     # A template can give the name of an existing session by chance; a written name is intended.
     is_named = bool(settings and settings.session and not template_columns(settings.session))
     with locked(paths.recordings(dataset), ADDING_RECORDINGS):
@@ -136,7 +137,7 @@ def _read(scanned: Scan) -> Contents:
     return contents
 
 
-def _note_columns(paths: Paths, spec: DatasetSpec, scanned: Scan, targets: Sequence[str]) -> None:
+def note_columns(paths: Paths, spec: DatasetSpec, scanned: Scan, targets: Sequence[str]) -> None:
     """Note labels without a target, and labels whose names no published data set can have.
 
     Raises DataError for a target that `spec` does not have.
@@ -179,8 +180,19 @@ def declare(
         raise DataError("--target", f"there is no column {unknown[0]!r}", f"use one of {columns}")
     if settings.table and not targets:
         raise DataError("--target", "a table has many columns", f"name labels among {columns}")
-    texts = {column: Counter(file.text(column) for file in scanned.files) for column in chosen}
-    inferred = {column: inferred_target(texts[column]) for column in chosen}
+    spec = declared_dataset(name, scanned, chosen, imports=settings)
+    return spec.model_copy(update={"audio": _common_audio(scanned, contents, microphone)})
+
+
+def declared_dataset(
+    name: str, scanned: Scan, targets: Sequence[str], **settings: Strict
+) -> DatasetSpec:
+    """Return a first dataset.yaml with `targets` and `settings`, for a person to complete.
+
+    Notes give the reasons why a target is a number or a class.
+    """
+    texts = {column: Counter(file.text(column) for file in scanned.files) for column in targets}
+    inferred = {column: inferred_target(texts[column]) for column in targets}
     for column, inference in inferred.items():
         scanned.remarks["note"].append((f"target {column}", inference.reason))
         _note_cells(scanned, column, inference)
@@ -189,19 +201,22 @@ def declare(
         for column, inference in inferred.items()
         if len(set(texts[column]) - {"", *inference.target.missing}) > 1
     ]
-    folder = scanned.folder.name
+    description = (
+        f"Imported from a folder named {scanned.folder.name!r}. Complete this declaration."
+    )
     try:
-        return DatasetSpec(
-            name=name,
-            title=name,
-            description=f"Imported from a folder named {folder!r}. Complete this declaration.",
-            audio=_common_audio(scanned, contents, microphone),
-            targets={column: inference.target for column, inference in inferred.items()},
-            tasks={
-                column: Task(target=column, folds=DECLARED_FOLDS, models=FIRST_MODELS)
-                for column in possible or inferred
-            },
-            imports=settings,
+        return DatasetSpec.model_validate(
+            {
+                "name": name,
+                "title": name,
+                "description": description,
+                "targets": {column: inference.target for column, inference in inferred.items()},
+                "tasks": {
+                    column: Task(target=column, folds=DECLARED_FOLDS, models=FIRST_MODELS)
+                    for column in possible or inferred
+                },
+                **settings,
+            }
         )
     except ValidationError as error:
         raise describe(error, f"data set {name!r}") from None

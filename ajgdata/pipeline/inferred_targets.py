@@ -27,7 +27,7 @@ MISSING = _MISSING_OF_PROGRAMS | _MISSING_OF_PEOPLE | _ERRORS_OF_SPREADSHEETS | 
 #: Words that are missing among numbers, but common classes, e.g. of an empty gripper.
 NO_NUMBER = {"none", "nil", "no"}
 #: 17,5 and 1.234,5.
-_DECIMAL_COMMA = re.compile(r"[+-]?(?:\d{1,3}(?:\.\d{3})+|\d+),\d+")
+DECIMAL_COMMA = re.compile(r"[+-]?(?:\d{1,3}(?:\.\d{3})+|\d+),\d+")
 
 
 @dataclass(frozen=True)
@@ -126,7 +126,7 @@ def _not_numbers(words: Mapping[str, int], count: int) -> Doubt | None:
 
 def _commas(words: Mapping[str, int], numbers: Mapping[str, int], count: int) -> Doubt | None:
     """Return the doubt about a column that would be numbers if commas were points."""
-    commas = {text: own for text, own in words.items() if _DECIMAL_COMMA.fullmatch(text)}
+    commas = {text: own for text, own in words.items() if DECIMAL_COMMA.fullmatch(text)}
     share = sum({**numbers, **commas}.values()) / count if count else 0.0
     if not commas or len(numbers) + len(commas) < MIN_NUMBERS or share < MIN_SHARE:
         return None

@@ -134,7 +134,7 @@ def test_sets(spec: DatasetSpec) -> list[str]:
 
 
 def dataset_sounds(paths: Paths, dataset: str) -> Sounds | None:
-    """Return the sounds of another data set; None if it has no usable recording.
+    """Return the sounds of another data set; None if it has no usable recording, or no waveforms.
 
     Its audio files are read only if its feature file does not contain them.
     """
@@ -143,6 +143,8 @@ def dataset_sounds(paths: Paths, dataset: str) -> Sounds | None:
         folders = [paths.session(dataset, name) for name in list_sessions(paths, dataset)]
     except DataError:
         return None  # the check of this data set reports it
+    if not spec.features.needs_waveform:
+        return None
     prints = Fingerprints(paths, spec)
     least_samples = spec.features.least_samples(spec.audio.sample_rate_hz)
     recordings: list[tuple[str, str, dict[str, str]]] = []

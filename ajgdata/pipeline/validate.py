@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from ajgdata.experiments.requests import all_requests
+from ajgdata.features.compute import FeatureComputer
 from ajgdata.paths import DATASET_FILE, Paths
 from ajgdata.pipeline.label_issues import label_issues, placebo_issues, placement_notes
 from ajgdata.pipeline.plan import config_problems
@@ -13,6 +14,7 @@ from ajgdata.pipeline.progress import tracked
 from ajgdata.pipeline.recordings import examine, finding, no_feature, played_samples
 from ajgdata.pipeline.session_levels import level_issues
 from ajgdata.pipeline.sound_fingerprints import Fingerprints, checked_sounds
+from ajgdata.pipeline.table_rows import table_issues
 from ajgdata.store.findings import is_rejected, rejected, without_rejected
 from ajgdata.store.labels import bad_labels, comparable_labels, copies
 from ajgdata.store.session_audio import AudioFile, SessionAudio, check_session
@@ -40,6 +42,23 @@ def validate_dataset(paths: Paths, dataset: str) -> tuple[int, list[Finding]]:
     names = list_sessions(paths, dataset)
     sessions = [check_session(paths.session(dataset, name)) for name in names]
     issues = [*_check_config(paths, spec, names), *_no_sessions(paths, spec, names)]
+    if spec.features.needs_waveform:
+        issues += _check_sounds(paths, spec, sessions)
+    else:
+        computer = FeatureComputer(spec.audio, spec.features)
+        issues += table_issues(sessions, spec, computer)
+    tables = {session.session_id: session.labels for session in sessions}
+    issues += label_issues(tables, spec)
+    issues += placement_notes(tables, spec)
+    issues += placebo_issues(tables, spec)
+    return sum(len(session.labels) for session in sessions), sorted(issues)
+
+
+def _check_sounds(
+    paths: Paths, spec: DatasetSpec, sessions: Sequence[SessionAudio]
+) -> list[Finding]:
+    """Return issues of the files and samples of all sessions, and of copies."""
+    issues: list[Finding] = []
     used: list[LabelledFile] = []
     prints = Fingerprints(paths, spec)
     for session in sessions:
@@ -47,13 +66,8 @@ def validate_dataset(paths: Paths, dataset: str) -> tuple[int, list[Finding]]:
         prints.finish()
         issues += session_issues
         used += _usable_files(session, session_issues)
-    issues += played_sound_issues(paths, spec, names)
-    tables = {session.session_id: session.labels for session in sessions}
-    issues += label_issues(tables, spec)
-    issues += placement_notes(tables, spec)
-    issues += placebo_issues(tables, spec)
-    issues += _check_copies(paths, spec, used, prints)
-    return sum(len(session.labels) for session in sessions), sorted(issues)
+    issues += played_sound_issues(paths, spec, [session.session_id for session in sessions])
+    return [*issues, *_check_copies(paths, spec, used, prints)]
 
 
 def _check_config(paths: Paths, spec: DatasetSpec, names: Sequence[str]) -> Iterator[Finding]:

@@ -103,6 +103,9 @@ def card_view(
     types = {column.name: PANDAS_TYPES[column.data_type] for column in table.columns}
     left_out = [finding for finding in summary.findings if finding.leaves_out]
     flagged = [finding for finding in summary.findings if not finding.leaves_out]
+    content = f"{summary.sample_rate_hz} Hz"
+    if not summary.features.needs_waveform:
+        content = "without sound"
     were = "recording was" if summary.n_left_out == 1 else "recordings were"
     return CardView(
         about=about,
@@ -110,8 +113,7 @@ def card_view(
         source="Simulated" if is_simulated else "Recorded",
         source_note=": computed, no microphone was involved" if is_simulated else "",
         size=(
-            f"{summary.n_recordings} recordings, {many(summary.n_sessions, 'session')}, "
-            f"{summary.sample_rate_hz} Hz"
+            f"{summary.n_recordings} recordings, {many(summary.n_sessions, 'session')}, {content}"
         ),
         licence="" if about.is_unlicensed else about.spdx or about.spec.licence,
         label=targets[0] if targets else "object",

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from ajgdata.paths import Paths
-from ajgdata.report.format import Source, sentence, shortened, web_link
+from ajgdata.report.format import DASH, Source, sentence, shortened, web_link
 from ajgdata.report.navigation import link_from_report
 from ajgdata.report.render import DrawnFigure
 from ajgdata.report.report_data import DatasetSummary, IssueLine, Report, findings_by_code
@@ -80,7 +80,7 @@ def _dataset(
         source=dataset.source,
         n_recordings=f"{dataset.n_recordings:,}",
         n_sessions=dataset.n_sessions,
-        sample_rate_hz=f"{dataset.sample_rate_hz:,}",
+        sample_rate_hz=f"{dataset.sample_rate_hz:,}" if dataset.features.needs_waveform else DASH,
         n_quarantined=dataset.n_left_out,
         issues=str(dataset.issues),
         licence=dataset.licence,

@@ -11,10 +11,19 @@ from markupsafe import Markup
 from ajgdata.report.format import DASH, number, short_commit, words
 from ajgdata.report.render import render_markdown
 from ajgdata.report.report_data import DatasetSummary, Report
-from ajgdata.types import FeatureKind
+from ajgdata.store.listing import listed
+from ajgdata.types import FeatureKind, FeatureSettings
 
 #: Level of the first heading in the description of a method.
 METHOD_HEADING = 3
+#: Most names of columns of a table that the feature settings list.
+LISTED_COLUMNS = 6
+#: What becomes of a recording, for runs with the spectrum of the paper, and with other features.
+SPECTRUM_TEXT = (
+    "Each recording becomes one spectrum: a short-time Fourier transform, summed over time and "
+    "normalised."
+)
+FEATURE_TEXT = "The table below has the feature of a recording in each data set."
 
 
 class CostRow(NamedTuple):
@@ -57,6 +66,7 @@ class RunView:
 
     version: str
     commit: str
+    feature_text: str
     skipped: tuple[str, ...]
     costs: list[CostRow]
     setting_names: list[str]
@@ -73,9 +83,11 @@ def run_view(report: Report) -> RunView:
         for part in section.parts
         if part.text
     )
+    is_spectrum = all(isinstance(dataset.features, FeatureSettings) for dataset in report.datasets)
     return RunView(
         version=report.version,
         commit=report.commit,
+        feature_text=SPECTRUM_TEXT if is_spectrum else FEATURE_TEXT,
         skipped=report.skipped,
         costs=[
             CostRow(
@@ -126,11 +138,14 @@ def setting_names(datasets: Sequence[DatasetSummary]) -> list[str]:
 
 
 def setting_text(value: object) -> str:
-    """Return a feature setting for people: text, a number, or a band such as `100 to 6,000`."""
+    """Return a feature setting for people: text, a number, a band such as `100 to 6,000`, or the
+    names of columns."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, int | float):
         return number(value, 6)
+    if isinstance(value, tuple | list) and all(isinstance(part, str) for part in value):
+        return listed([str(part) for part in value], LISTED_COLUMNS)
     if isinstance(value, tuple | list):
         return " to ".join(setting_text(part) for part in value)
     return str(value or DASH)

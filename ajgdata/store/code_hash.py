@@ -135,6 +135,7 @@ CODE: dict[str, tuple[str, ...]] = {
         "features/levels.py",
         "pipeline/feature_file.py",
         "pipeline/session_levels.py",
+        "pipeline/table_rows.py",
         "store/features.py:text_column,write_store",
         "store/findings.py",
         "store/labels.py",
@@ -370,6 +371,7 @@ KINDS = {
     "ajgdata.features.embedding": ("embedding",),
     "ajgdata.features.mel": ("mel", "spectrogram"),
     "ajgdata.features.spectrogram": ("spectrogram",),
+    "ajgdata.features.table": ("table",),
     "ajgdata.features.transfer_function": ("transfer_function", "spectrogram"),
 }
 _digest = functools.cache(CodeSource.digest)

@@ -9,12 +9,14 @@ import numpy as np
 
 FREQUENCY = "frequency"
 CHANNEL = "channel"
+COLUMN = "column"
 _FREQUENCY_ATTRS = {
     "units": "Hz",
     "standard_name": "sound_frequency",
     "long_name": "frequency",
 }
 _CHANNEL_ATTRS = {"units": "1", "long_name": "microphone, counted from 1"}
+_COLUMN_ATTRS = {"long_name": "column of the imported table"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +55,11 @@ def frequency_axis(frequency_hz: np.ndarray) -> Axis:
 def channel_axis(microphones: tuple[int, ...]) -> Axis:
     """Return the axis of microphones, which are counted from 1."""
     return Axis(CHANNEL, np.array(microphones, np.int32), _CHANNEL_ATTRS)
+
+
+def column_axis(columns: tuple[str, ...]) -> Axis:
+    """Return the axis of the columns of an imported table, with their names as coordinates."""
+    return Axis(COLUMN, np.array(columns, np.str_), _COLUMN_ATTRS)
 
 
 def same_axes(first: tuple[Axis, ...], second: tuple[Axis, ...]) -> bool:

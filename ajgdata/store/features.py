@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ajgdata.paths import command_for
-from ajgdata.store.feature_array import FREQUENCY, Axis
+from ajgdata.store.feature_array import COLUMN, FREQUENCY, Axis
 from ajgdata.store.files import replacing
 from ajgdata.types import DataError, NotPossibleError
 from ajgdata.types.formats import FEATURES_FORMAT, FORMAT_KEY, LATENTS_FORMAT, FormatError
@@ -79,6 +79,13 @@ class FeatureRows:
         raise NotPossibleError(f"the feature {self.kind} has no frequencies")
 
     @property
+    def feature_attrs(self) -> dict[str, str]:
+        """The meaning and the unit of the features; columns of a table can have different units."""
+        if [axis.name for axis in self.axes] == [COLUMN]:
+            return {"long_name": self.kind}
+        return {"long_name": self.kind, "units": "1"}
+
+    @property
     def has_bins_only(self) -> bool:
         """Whether frequency is the only dimension of a feature."""
         return [axis.name for axis in self.axes] == [FREQUENCY]
@@ -114,7 +121,7 @@ def write_store(path: Path, table: FeatureRows) -> None:
 
     if not np.isfinite(table.feature).all():
         raise ValueError(f"{path}: a feature is NaN or infinite; no file is written")
-    attrs = {"long_name": table.kind, "units": "1"}
+    attrs = table.feature_attrs
     features = table.feature.astype(np.float32, copy=False)
     axes = {_stored_name(axis, table): axis for axis in table.axes}
     dataset = xr.Dataset(

@@ -208,13 +208,8 @@ class _SessionImport:
         #: session.yaml of the session.
         self.declared = read_session(target) if has_session else new
         #: Rows of the session by recording_id.
-        self.rows = _rows(target)
-        spellings = {row.grasp_id for row in self.rows.values()}
-        canonical_last = sorted(
-            spellings, key=lambda text: ("/".join(grasp_key(text)) == text, text)
-        )
-        #: Spelling of each grasp of the session: the canonical one if there are several.
-        self.known_grasps = {grasp_key(text): text for text in canonical_last}
+        self.rows = session_rows(target)
+        self.known_grasps = known_grasps(self.rows.values())
         self.original_files = {row.file: row.sha256 for row in self.rows.values()}
         #: Files that this import has copied.
         self.copied: set[str] = set()
@@ -410,7 +405,7 @@ class _SessionImport:
         used = set(self.rows)
         names = []
         for _, ids, file in sorted(matches, key=lambda match: match[0]):
-            name = next((name for name in ids if name in free), "") or _new_id(file, used)
+            name = next((name for name in ids if name in free), "") or new_id(file, used)
             free.discard(name)
             used.add(name)
             names.append((file, name))
@@ -445,7 +440,8 @@ class _SessionImport:
         if self.copy and not (is_stored and (self.target / new.file).is_file()):
             self._copy(file.path, new.file)
         if old:
-            new = self._merged(old, new, has_quality=bool(file.cells["quality"]))
+            has_quality = bool(file.cells["quality"])
+            new = merged_row(old, new, self.on_change, self.remarks, has_quality=has_quality)
         self.rows[name] = new
         if old is None:
             result.added += 1
@@ -461,12 +457,7 @@ class _SessionImport:
             target = self.rows[name].file
         elif self.copy and self.original_files.get(target, digest) != digest:  # it was moved
             target = f"{Path(target).with_suffix('')}~{digest[:DIGEST_DIGITS]}{file.path.suffix}"
-        defaults = {"sample": "0", "quality": "ok"}
-        cells = {column: file.cells[column] or defaults.get(column, "") for column in CELLS}
-        if file.has_grasp:
-            grasp = cells["grasp_id"]
-            key = grasp_key(grasp) if file.has_grasp_parts else (canonical(grasp),)
-            cells["grasp_id"] = self.known_grasps.get(key, grasp)
+        cells = row_cells(file, self.known_grasps)
         values: dict[str, Any] = {
             "recording_id": name,
             "file": target,
@@ -519,28 +510,49 @@ class _SessionImport:
         played = Excitation(file=file, sha256=digest, description=f"imported from {path.name}")
         self.declared = self.declared.model_copy(update={"excitation": played})
 
-    def _merged(self, old: Recording, new: Recording, *, has_quality: bool) -> Recording:
-        """Return the old row with new columns of the folder.
 
-        It has the cells of the folder if `on_change` requires it; if not, cells that differ are
-        listed. `has_quality` is True if the folder specifies the quality.
-        """
-        columns = [column for column in CELLS if has_quality or column != "quality"]
-        cells = {**old.labels, **{column: getattr(old, column) for column in CELLS}}
-        offered = {**new.labels, **{column: getattr(new, column) for column in columns}}
-        for column, text in offered.items():
-            if cells.setdefault(column, text) == text:
-                continue
-            if self.on_change == OnChange.LABELS:
-                cells[column] = text
-            else:
-                difference = f"{column} {cells[column]!r} here, {text!r} in the folder"
-                self.remarks["label"].append((f"{old.recording_id}: {difference}", OTHER_LABEL))
-        labels = {column: text for column, text in cells.items() if column not in CELLS}
-        return new.model_copy(update={**{name: cells[name] for name in CELLS}, "labels": labels})
+def merged_row(
+    old: Recording, new: Recording, on_change: OnChange, remarks: Remarks, *, has_quality: bool
+) -> Recording:
+    """Return the row `new` of a recording with the cells of its `old` row, and with new columns.
+
+    It has the cells of the folder if `on_change` requires it; if not, cells that differ are
+    listed in `remarks`. `has_quality` is True if the folder specifies the quality.
+    """
+    columns = [column for column in CELLS if has_quality or column != "quality"]
+    cells = {**old.labels, **{column: getattr(old, column) for column in CELLS}}
+    offered = {**new.labels, **{column: getattr(new, column) for column in columns}}
+    for column, text in offered.items():
+        if cells.setdefault(column, text) == text:
+            continue
+        if on_change == OnChange.LABELS:
+            cells[column] = text
+        else:
+            difference = f"{column} {cells[column]!r} here, {text!r} in the folder"
+            remarks["label"].append((f"{old.recording_id}: {difference}", OTHER_LABEL))
+    labels = {column: text for column, text in cells.items() if column not in CELLS}
+    return new.model_copy(update={**{name: cells[name] for name in CELLS}, "labels": labels})
 
 
-def _new_id(file: ScannedFile, used: Collection[str]) -> str:
+def known_grasps(rows: Iterable[Recording]) -> dict[tuple[str, ...], str]:
+    """Return the spelling of each grasp of a session: the canonical one if there are several."""
+    spellings = {row.grasp_id for row in rows}
+    canonical_last = sorted(spellings, key=lambda text: ("/".join(grasp_key(text)) == text, text))
+    return {grasp_key(text): text for text in canonical_last}
+
+
+def row_cells(file: ScannedFile, grasps: Mapping[tuple[str, ...], str]) -> dict[str, str]:
+    """Return the cells of a recording; `grasps` are the known spellings of the session."""
+    defaults = {"sample": "0", "quality": "ok"}
+    cells = {column: file.cells[column] or defaults.get(column, "") for column in CELLS}
+    if file.has_grasp:
+        grasp = cells["grasp_id"]
+        key = grasp_key(grasp) if file.has_grasp_parts else (canonical(grasp),)
+        cells["grasp_id"] = grasps.get(key, grasp)
+    return cells
+
+
+def new_id(file: ScannedFile, used: Collection[str]) -> str:
     """Return the id in the table, else the path without suffix; it is numbered if it is used."""
     plain = file.cells["recording_id"] or file_id(file.path)
     name = plain
@@ -563,7 +575,7 @@ def _new_session(target: Path, scanned: Scan, root: str | None) -> Session:
     )
 
 
-def _rows(target: Path) -> dict[str, Recording]:
+def session_rows(target: Path) -> dict[str, Recording]:
     """Return the rows of a session. Raises DataError for a table with errors."""
     if not (target / RECORDINGS_FILE).is_file():
         return {}

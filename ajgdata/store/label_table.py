@@ -54,7 +54,7 @@ def read_label_table(path: Path, columns: Collection[str]) -> LabelTable:
     notes: list[tuple[str, str]] = []
     skipped = 0
     top, following = _first_line(text)
-    while top.startswith("#") and not _has(top, columns):
+    while _is_comment(top, following, columns):
         notes.append((f"line {skipped + 1}", f"ignored as a comment: {top.strip()!r}"))
         text = following
         top, following = _first_line(text)
@@ -67,7 +67,11 @@ def read_label_table(path: Path, columns: Collection[str]) -> LabelTable:
         _check_unnamed(path, place, [(line, cells[place]) for line, cells in lines], notes)
     named = [place for place in range(len(header)) if place not in unnamed]
     names = [header[place] for place in named]
-    if not names or len(set(names)) < len(names):
+    doubled = [name for name in names if names.count(name) > 1]
+    if doubled:
+        problem = f"needs one name per column; {doubled.count(doubled[0])} are {doubled[0]!r}"
+        raise DataError(path, problem, "rename all but one in the header")
+    if not names:
         problem = f"needs one name per column; its header is {header}"
         raise DataError(path, problem, f"correct the header, with {DELIMITERS[delimiter]}")
     rows = [(line, {header[place]: cells[place] for place in named}) for line, cells in lines]
@@ -78,6 +82,21 @@ def _first_line(text: str) -> tuple[str, str]:
     """Return the first line of a text, and the text after it."""
     lines = _LINE_END.split(text, maxsplit=1)
     return lines[0], lines[1] if len(lines) > 1 else ""
+
+
+def _is_comment(line: str, following: str, columns: Collection[str]) -> bool:
+    """Return whether a line at the top is a comment: it begins with #, and is not the header.
+
+    Without `columns`, a header has at least as many cells as the first line of the text after it.
+    """
+    if not line.startswith("#"):
+        return False
+    if columns:
+        return not _has(line, columns)
+    next_line, _ = _first_line(following)
+    delimiter = _delimiter(next_line, columns)
+    is_shorter = len(_header(line, delimiter)) < len(_header(next_line, delimiter))
+    return is_shorter or next_line.startswith("#")
 
 
 def _check_top(path: Path, text: str, columns: Collection[str], skipped: int) -> None:

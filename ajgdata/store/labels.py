@@ -11,7 +11,7 @@ from contextlib import suppress
 import numpy as np
 
 from ajgdata.store.features import FeatureColumn, FeatureRows, text_column
-from ajgdata.types import SEGMENT_COLUMNS, Finding, Segment, Target
+from ajgdata.types import SEGMENT_COLUMNS, TABLE_ROW, WHOLE_FILE, Finding, Segment, Target, part_id
 from ajgdata.types.robot_columns import is_robot_column, robot_unit
 
 #: Columns of the table of labels that identify rows; all other columns become coordinates.
@@ -32,6 +32,7 @@ MEANINGS = {
     "medium": "granular medium in the gripper",
     "start_s": "start of the recording in the recorded file; missing: the beginning of this file",
     "end_s": "end of the recording in the recorded file; missing: the end of this file",
+    TABLE_ROW: "row of the imported table, counted from 1 below the header",
     CHANNEL_LEVELS: "level of each channel of the file, relative to full scale and without offset",
 }
 #: Meaning of the columns with the numbers of the robot's program.
@@ -158,6 +159,8 @@ def _standard(name: str, values: Sequence[str]) -> FeatureColumn:
     """Return a column that is not a target: text, times of segments, or numbers of a robot."""
     if name in SEGMENT_COLUMNS:
         return _numbers(values, {"long_name": MEANINGS[name], "units": "s"})
+    if name == TABLE_ROW:
+        return _numbers(values, {"long_name": MEANINGS[name], "units": "1"})
     if is_robot_column(name) and any(values):
         attrs = {"long_name": ROBOT_MEANING}
         unit = robot_unit(name)
@@ -198,8 +201,13 @@ def without_copies(table: FeatureRows, targets: Sequence[str]) -> tuple[FeatureR
 
 def sound_ids(table: FeatureRows) -> list[str]:
     """Return texts that are equal for equal sounds: the sha256 of the file, and the times of a
-    segment."""
+    segment or the row of a table."""
     digests = [str(digest) for digest in table.columns["sha256"].values]
+    if TABLE_ROW in table.columns:
+        rows = table.columns[TABLE_ROW].values.tolist()
+        numbers = [None if math.isnan(row) else int(row) for row in rows]
+        parts = zip(digests, numbers, strict=True)
+        return [part_id(digest, WHOLE_FILE, number) for digest, number in parts]
     if SEGMENT_COLUMNS[0] not in table.columns:
         return digests
     starts, ends = (table.columns[name].values.tolist() for name in SEGMENT_COLUMNS)
@@ -211,11 +219,15 @@ def sound_ids(table: FeatureRows) -> list[str]:
 
 
 def copies(
-    recordings: Sequence[str], digests: Sequence[str], labels: Sequence[tuple[str, ...]]
+    recordings: Sequence[str],
+    digests: Sequence[str],
+    labels: Sequence[tuple[str, ...]],
+    equal: str = "bytes",
 ) -> dict[int, Finding]:
     """Return issues, by row, of recordings that cannot be used because others have equal bytes.
 
     `digests` are the texts of `sound_ids`: segments of a file with different times are no copies.
+    `equal` is the noun for what is equal if two of them are.
 
     Copies with equal labels would be in several folds, so all except the first one have an issue.
     If labels of copies differ, the right label is unknown, so all of them have an issue.
@@ -229,7 +241,7 @@ def copies(
         differ = len({labels[row] for row in rows}) > 1
         for row in rows if differ else rows[1:]:
             other = rows[1] if row == rows[0] else rows[0]
-            problem = f"the same bytes as {recordings[other]} ({len(rows)} recordings)"
+            problem = f"the same {equal} as {recordings[other]} ({len(rows)} recordings)"
             findings[row] = copy_finding(recordings[row], problem, differ=differ)
     return findings
 

@@ -160,6 +160,29 @@ def scan(
     if not audio:
         raise DataError(folder, "holds no audio files", "name a folder with .wav, .flac or .ogg")
     rows = _read_rows(audio, settings, name, result)
+    add_rows(result, rows, settings, name, known, have_files=True)
+    if not result.files:
+        examples = [*result.remarks["failed"], *result.remarks["not used"]]
+        example = ": {!r} {}".format(*examples[0]) if examples else ""
+        fix = "correct --pattern or --file (the whole path inside the folder)"
+        raise DataError(folder, f"none of its audio files can be imported{example}", fix)
+    return result
+
+
+def add_rows(
+    result: Scan,
+    rows: Rows,
+    settings: ImportSettings,
+    name: str,
+    known: Mapping[str, KnownSession],
+    *,
+    have_files: bool,
+) -> None:
+    """Add the recordings of `rows` to a scan, with their sessions, grasps and labels.
+
+    `name` and `known` are those of `scan`. `have_files` is False for rows of a table that are
+    recordings without files.
+    """
     columns = _columns(next(iter(rows.values()), {}), settings, result)
     sessions = [name for name, role in columns.items() if role == "session"]
     named_rows = []
@@ -171,7 +194,7 @@ def scan(
     _warn_of_empty_sessions(rows, result)
     numbered = _with_joined_numbers(rows, columns, settings, result)
     for part, texts in sorted(rows.items()):
-        if (folder / part.path).is_file():
+        if not have_files or (result.folder / part.path).is_file():
             result.files.append(_scanned(part, texts, numbered[part], columns, settings, name))
         else:
             result.remarks["failed"].append((part.text, "not a file, or a broken link"))
@@ -189,12 +212,6 @@ def scan(
         replace(file, cells={**file.cells, "sample": numbers[file.cells["sample"]]})
         for file in result.files
     ]
-    if not result.files:
-        examples = [*result.remarks["failed"], *result.remarks["not used"]]
-        example = ": {!r} {}".format(*examples[0]) if examples else ""
-        fix = "correct --pattern or --file (the whole path inside the folder)"
-        raise DataError(folder, f"none of its audio files can be imported{example}", fix)
-    return result
 
 
 def search(folder: Path) -> tuple[list[Path], list[tuple[str, str]]]:

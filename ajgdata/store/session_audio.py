@@ -14,6 +14,7 @@ from ajgdata.store.sessions import audio_path, read_recordings, read_session
 from ajgdata.types import (
     SEGMENT_COLUMNS,
     SESSION_COLUMNS,
+    TABLE_ROW,
     WHOLE,
     WHOLE_FILE,
     DataError,
@@ -21,6 +22,7 @@ from ajgdata.types import (
     Recording,
     Segment,
     Session,
+    part_id,
 )
 
 LABEL_COLUMNS = ("recording_id", "grasp_id", "sample", "object", "quality")
@@ -36,18 +38,21 @@ class PlayedFile(NamedTuple):
 @dataclass(frozen=True)
 class AudioFile:
     """The file of a recording, the sha256 of its bytes, the part that is the recording, and the
-    file of the played sound, if there is one."""
+    file of the played sound, if there is one.
+
+    A recording without a waveform is a row of a table: `table_row`, counted from 1."""
 
     recording_id: str
     path: Path
     sha256: str
     segment: Segment = WHOLE_FILE
     played: PlayedFile | None = None
+    table_row: int | None = None
 
     @property
     def sound_id(self) -> str:
         """Text that is equal for equal sounds (see `Segment.sound_id`)."""
-        return self.segment.sound_id(self.sha256)
+        return part_id(self.sha256, self.segment, self.table_row)
 
 
 @dataclass
@@ -105,9 +110,15 @@ def check_session(folder: Path, trusted: Mapping[str, str] | None = None) -> Ses
                 path = audio_path(folder, session, recording)
                 digest = hashes[path]
                 check_unchanged(path, digest, recording.sha256, folder.parents[1].name)
-            result.files.append(
-                AudioFile(recording.recording_id, path, digest, recording.segment, played)
+            audio_file = AudioFile(
+                recording.recording_id,
+                path,
+                digest,
+                recording.segment,
+                played,
+                recording.table_row,
             )
+            result.files.append(audio_file)
             if not recording.sha256:
                 result.findings.append(_without_hash(folder, recording))
         except DataError as error:
@@ -137,7 +148,7 @@ def _overlaps(session: str, recordings: Sequence[Recording]) -> list[Finding]:
     file. If both are of one grasp, it is a note, because folds do not separate them."""
     of_file: dict[str, list[Recording]] = defaultdict(list)
     for recording in recordings:
-        if recording.quality != "reject":
+        if recording.quality != "reject" and recording.table_row is None:
             of_file[recording.file].append(recording)
     findings = []
     for rows in of_file.values():
@@ -189,12 +200,14 @@ def label_rows(session: Session, recordings: Sequence[Recording]) -> list[dict[s
     if any(recording.placement_id for recording in recordings):
         standard.append("placement_id")
     has_segments = any(recording.segment != WHOLE_FILE for recording in recordings)
-    times = SEGMENT_COLUMNS if has_segments else ()
+    parts = list(SEGMENT_COLUMNS) if has_segments else []
+    if any(recording.table_row is not None for recording in recordings):
+        parts.append(TABLE_ROW)
     of_session = {name: str(getattr(session, name)) for name in SESSION_COLUMNS}
     return [
         {
             **{name: str(getattr(recording, name)) for name in standard},
-            **{name: _time_text(getattr(recording, name)) for name in times},
+            **{name: _part_text(getattr(recording, name)) for name in parts},
             **of_session,
             **{name: recording.labels.get(name, "") for name in columns},
         }
@@ -202,6 +215,9 @@ def label_rows(session: Session, recordings: Sequence[Recording]) -> list[dict[s
     ]
 
 
-def _time_text(time_s: float | None) -> str:
-    """Return a time of a segment as a label; "" for the beginning or end of the file."""
-    return "" if time_s is None else str(time_s)
+def _part_text(value: float | None) -> str:
+    """Return a time of a segment, or a row of a table, as a label.
+
+    "" is the beginning or end of the file, and no row.
+    """
+    return "" if value is None else str(value)

@@ -29,6 +29,7 @@ from ajgdata.types import (
     NAME_PATTERN,
     RECORDING_COLUMNS,
     SEGMENT_COLUMNS,
+    TABLE_ROW,
     WHOLE_FILE,
     DataError,
     DatasetSpec,
@@ -304,14 +305,16 @@ def read_recordings(folder: Path) -> tuple[list[Recording], list[Finding]]:
 def write_recordings(folder: Path, recordings: Sequence[Recording]) -> None:
     """Write recordings.csv if its content changed.
 
-    A session whose placements are unknown has no column for them, and a session without segments
-    has no columns for times.
+    A session whose placements are unknown has no column for them, a session without segments has no
+    columns for times, and a session without an imported table has no column for its rows.
     """
     absent = set()
     if not any(recording.placement_id for recording in recordings):
         absent.add("placement_id")
     if all(recording.segment == WHOLE_FILE for recording in recordings):
         absent.update(SEGMENT_COLUMNS)
+    if all(recording.table_row is None for recording in recordings):
+        absent.add(TABLE_ROW)
     standard = [name for name in RECORDING_COLUMNS if name not in absent]
     labels = sorted({column for recording in recordings for column in recording.labels})
     rows = (

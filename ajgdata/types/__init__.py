@@ -24,7 +24,7 @@ from ajgdata.types.excitation import (
     SoundFile,
     WhiteNoise,
 )
-from ajgdata.types.features import AnyFeature, FeatureKind, FeatureSettings
+from ajgdata.types.features import AnyFeature, FeatureKind, FeatureSettings, TableSettings
 from ajgdata.types.issues import (
     ISSUE_LEVELS,
     WHOLE,
@@ -45,6 +45,7 @@ from ajgdata.types.session import (
     SEGMENT_COLUMNS,
     SESSION_COLUMNS,
     STORE_NAMES,
+    TABLE_ROW,
     WHOLE_FILE,
     Acquisition,
     Excitation,
@@ -52,6 +53,7 @@ from ajgdata.types.session import (
     Segment,
     Session,
     is_reserved,
+    part_id,
 )
 from ajgdata.types.settings import AudioSettings, Level, Target
 from ajgdata.types.source import DatasetSource, GitOrigin, GitPart

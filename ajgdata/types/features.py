@@ -12,14 +12,23 @@ from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self, get_args
 
-from pydantic import Field, PlainValidator, SerializeAsAny, model_validator
+from pydantic import (
+    Field,
+    PlainValidator,
+    SerializeAsAny,
+    SerializerFunctionWrapHandler,
+    model_serializer,
+    model_validator,
+)
 
-from ajgdata.types.base import Strict
+from ajgdata.types.base import Distinct, Strict
 from ajgdata.types.registry import Registry
 from ajgdata.types.settings import AudioSettings, numbers_of
 
 #: Lowest and highest frequency in Hz for a feature that has all bins.
 ALL_HZ = (-math.inf, math.inf)
+#: Kind of a mapping of settings that names none.
+_SPECTRUM = "spectrum"
 #: A band in Hz, from low to high frequency.
 Band = tuple[float, float]
 
@@ -40,9 +49,25 @@ class FeatureKind(Strict):
         return False
 
     @property
+    def table_columns(self) -> tuple[str, ...]:
+        """The columns of an imported table that are the feature; none for all other features."""
+        return ()
+
+    @property
+    def needs_waveform(self) -> bool:
+        """Whether the feature is computed from samples; else a row of an imported table has it."""
+        return not self.table_columns
+
+    @property
     def is_power(self) -> bool:
         """Whether the values are powers; the level of other values is that of amplitudes."""
         return False
+
+    @model_serializer(mode="wrap")
+    def _with_kind(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        # A mapping without a kind is a spectrum: files without defaults need all other kinds.
+        content: dict[str, Any] = handler(self)
+        return content if self.kind == _SPECTRUM else {"kind": self.kind, **content}
 
     def least_samples(self, sample_rate_hz: float) -> int:
         """Return the least number of samples of a recording that has this feature."""
@@ -298,12 +323,31 @@ class EmbeddingSettings(FeatureKind):
         return self.model_copy(update={"file": str(folder.absolute() / self.file)})
 
 
+class TableSettings(FeatureKind):
+    """Settings of the feature `table`: columns of numbers of an imported table.
+
+    The recordings have no waveform.
+    """
+
+    function = "ajgdata.features.table:row_values"
+    kind: Literal["table"] = Field("table", description="columns of an imported table")
+    columns: Annotated[tuple[Annotated[str, Field(min_length=1)], ...], Distinct] = Field(
+        min_length=1, description="names of the columns, which are the values of the feature"
+    )
+
+    @property
+    def table_columns(self) -> tuple[str, ...]:
+        """The columns of the setting."""
+        return self.columns
+
+
 _AnyShipped = (
     FeatureSettings
     | SpectrogramSettings
     | MelSettings
     | TransferFunctionSettings
     | EmbeddingSettings
+    | TableSettings
 )
 #: Kinds of features of this package.
 SHIPPED: tuple[type[FeatureKind], ...] = get_args(_AnyShipped)
@@ -343,9 +387,9 @@ def feature_settings(content: Any) -> FeatureKind:
         return content
     if not isinstance(content, Mapping):
         raise ValueError("write a mapping, e.g. `features: {kind: spectrum}`")
-    kind = content.get("kind", "spectrum")
+    kind = content.get("kind", _SPECTRUM)
     if kind == _FORMER_SPECTRUM:
-        kind = "spectrum"
+        kind = _SPECTRUM
     return feature_class(str(kind)).model_validate({**content, "kind": kind})
 
 

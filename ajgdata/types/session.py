@@ -22,6 +22,7 @@ RECORDING_COLUMNS = (
     "sha256",
     "start_s",
     "end_s",
+    "table_row",
     "grasp_id",
     "placement_id",
     "sample",
@@ -30,6 +31,8 @@ RECORDING_COLUMNS = (
 )
 #: Columns of recordings.csv with the times of a segment; a session without segments lacks them.
 SEGMENT_COLUMNS = ("start_s", "end_s")
+#: Column of recordings.csv with the row of an imported table; sessions with audio lack it.
+TABLE_ROW = "table_row"
 #: Values of the column `quality`.
 QUALITIES = ("ok", "reject", "clipped")
 #: Largest value of `sample`, because the feature file stores a 32-bit integer.
@@ -89,6 +92,17 @@ class Segment(NamedTuple):
 
 #: The segment of a recording that is a complete file.
 WHOLE_FILE = Segment()
+
+
+def part_id(sha256: str, segment: Segment, table_row: int | None) -> str:
+    """Return a text that is equal for equal parts of files: segments, or rows of tables.
+
+    >>> part_id("ab12", WHOLE_FILE, 3)
+    'ab12:row 3'
+    """
+    if table_row is None or not sha256:
+        return segment.sound_id(sha256)
+    return f"{sha256}:row {table_row}"
 
 
 class Excitation(Strict):
@@ -196,6 +210,11 @@ class Recording(Strict):
     end_s: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = Field(
         None, description="end of the recording in the file in s; empty: that of the file"
     )
+    table_row: Annotated[int, Field(ge=1)] | None = Field(
+        None,
+        description="row of the imported table `file`, counted from 1 below the header; empty for "
+        "audio",
+    )
     grasp_id: Annotated[str, Field(min_length=1)] = Field(
         description="one closing of the gripper on an object; the default group of cross-validation"
     )
@@ -228,7 +247,7 @@ class Recording(Strict):
     @property
     def sound_id(self) -> str:
         """Text that is equal for equal sounds (see `Segment.sound_id`); "" without a sha256."""
-        return self.segment.sound_id(self.sha256)
+        return part_id(self.sha256, self.segment, self.table_row)
 
 
 def is_reserved(name: str) -> bool:

@@ -94,6 +94,8 @@ STAY = {
     "ajgdata.pipeline.recipes": {"ajgdata.pipeline.savings"},
     # half a second, and few recordings are resampled
     "ajgdata.store.audio": {"scipy.signal"},
+    # an optional package, which tables of text do not need
+    "ajgdata.store.imported_table": {"pyarrow", "pyarrow.parquet"},
     # half a second, and processes that compute features or import recordings open no such file
     "ajgdata.store.features": {"xarray"},
     # the command line imports the names of columns

@@ -233,6 +233,19 @@ def test_long_file():
     np.testing.assert_allclose(seventh.waveform.values, example["taps"][6], atol=2.0**-23)
 
 
+def test_feature_table():
+    example = run("feature_table")
+    assert example["dataset"].tasks == ("simplified_label", "original_label")
+    assert list(example["dataset"].spec.features.columns) == example["columns"]
+    row = example["rows"][7]
+    assert (row.file, row.table_row) == ("tables/day2.csv", 8)
+    assert row.labels == {
+        "simplified_label": "no_contact",
+        "original_label": "no_contact_left",
+        "point_index": "1",
+    }
+
+
 def test_publishing(in_project):
     example = run("publishing")
     assert example["done"].recordings == 16

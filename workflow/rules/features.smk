@@ -21,6 +21,6 @@ rule features:
         tables=session_tables,
         code=lambda wildcards: features_code(SPECS[wildcards.dataset].features),
     message:
-        "Spectra and labels of {wildcards.dataset}"
+        "Features and labels of {wildcards.dataset}"
     script:
         "../scripts/run.py"

@@ -41,8 +41,7 @@ def feature_table_bytes(store: FeatureRows) -> bytes:
     elements = pyarrow.array(store.feature.ravel(), pyarrow.float32())
     feature = pyarrow.FixedSizeListArray.from_arrays(elements, width)
     about_feature = {
-        "units": "1",
-        "long_name": store.kind,
+        **store.feature_attrs,
         **{key: json.dumps(values) for key, values in store.coordinates.items()},
     }
     fields.append(pyarrow.field(FEATURE, feature.type, metadata=about_feature))

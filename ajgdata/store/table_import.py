@@ -1,0 +1,282 @@
+"""Import of the rows of a table as recordings of sessions. The table is copied, and not altered.
+
+Rows of a session and rows of the table are matched by the values of their features, then by
+recording_id or number. If they differ, `OnChange` decides which of them is used.
+"""
+
+from __future__ import annotations
+
+import os
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from ajgdata.paths import IMPORTED_TABLES_FOLDER, SESSION_FILE, Paths
+from ajgdata.store.audio import file_sha256
+from ajgdata.store.files import copy as copy_file
+from ajgdata.store.imported_table import ImportedTable, column_values, read_imported_table
+from ajgdata.store.importing import (
+    DIGEST_DIGITS,
+    Imported,
+    known_grasps,
+    merged_row,
+    new_id,
+    row_cells,
+    session_rows,
+)
+from ajgdata.store.provenance import software
+from ajgdata.store.scan import Remarks, Scan, ScannedFile
+from ajgdata.store.sessions import inside, read_session, write_session
+from ajgdata.types import DataError, OnChange, Recording, Session, describe
+from ajgdata.types.shell import shell_quoted
+
+OTHER_VALUES = (
+    "has other features in the table. If these are other recordings, import them with --session; "
+    "--on-change files takes them"
+)
+GONE = "no longer in the table; --on-change prune removes it here"
+OTHER_TABLE = "is not in this table, but may be in another one. The recording stays"
+
+
+@dataclass(frozen=True)
+class TableSource:
+    """A table to import: its rows, the values (n, columns) of its features, and its sha256."""
+
+    table: ImportedTable
+    columns: tuple[str, ...]
+    values: np.ndarray
+    sha256: str
+
+
+def row_path(number: int, count: int) -> Path:
+    """Return the name of a row, counted from 1, of a table with `count` rows.
+
+    Names with equal numbers of digits have the order of the rows.
+    """
+    return Path(f"{number:0{len(str(count))}}")
+
+
+def import_rows(
+    paths: Paths,
+    dataset: str,
+    scanned: Scan,
+    source: TableSource,
+    on_change: OnChange,
+    *,
+    is_named: bool,
+) -> Imported:
+    """Write the sessions of `scanned`, whose paths are those of `row_path`, into `dataset`.
+
+    If the user named the session (`is_named`), it can get the rows of another table. Raises
+    DataError, before the first change, for a session with recordings of another table.
+    """
+    result = Imported(remarks=scanned.remarks)
+    rows = defaultdict(list)
+    for row in scanned.files:
+        rows[row.session].append(row)
+    sessions = [
+        _SessionRows(paths.session(dataset, name), replace(scanned, files=own), source, on_change)
+        for name, own in sorted(rows.items())
+    ]
+    for session in sessions:
+        session.match(is_named=is_named)
+    for session in sessions:
+        session.write(result)
+    return result
+
+
+class _SessionRows:
+    """Import of the rows of a table into one session."""
+
+    def __init__(
+        self, target: Path, scanned: Scan, source: TableSource, on_change: OnChange
+    ) -> None:
+        self.target = target
+        self.scanned = scanned
+        self.source = source
+        self.on_change = on_change
+        self.remarks: Remarks = scanned.remarks
+        #: Rows of the session by recording_id.
+        self.rows = session_rows(target)
+        self.grasps = known_grasps(self.rows.values())
+        self.declared = _new_session(target, scanned)
+        if (target / SESSION_FILE).is_file():
+            self.declared = read_session(target)
+        if any(row.table_row is None for row in self.rows.values()):
+            problem = "this session has recordings with audio"
+            raise DataError(target, problem, "import the table with another --session")
+        #: Each row of the table with its recording_id.
+        self.names: list[tuple[ScannedFile, str]] = []
+        self.known_values = self._known_values()
+
+    def _known_values(self) -> dict[str, bytes]:
+        """Return the features of the rows of the session, by recording_id."""
+        values = {}
+        tables = {}
+        for name, row in self.rows.items():
+            if row.file not in tables:
+                table = read_imported_table(inside(self.target, row.file))
+                tables[row.file] = column_values(table, self.source.columns)
+            number = row.table_row or 0
+            if number <= len(tables[row.file]):
+                values[name] = tables[row.file][number - 1].tobytes()
+        return values
+
+    def _values(self, row: ScannedFile) -> bytes:
+        """Return the features of a row of the table."""
+        return self.source.values[int(row.path.name) - 1].tobytes()
+
+    def match(self, *, is_named: bool) -> None:
+        """Find the recording_id of each row of the table.
+
+        It is that of a recording with equal features, else that of the row with its recording_id or
+        number, else a new one. Raises DataError if the table is probably another one.
+        """
+        by_values: dict[bytes, list[str]] = defaultdict(list)
+        for name in sorted(self.known_values):
+            by_values[self.known_values[name]].append(name)
+        by_number = {row.table_row: name for name, row in self.rows.items()}
+        free = set(self.rows)
+        names: dict[Path, str] = {}
+        for row in self.scanned.files:
+            equal = by_values[self._values(row)]
+            own = row.cells["recording_id"] or by_number.get(int(row.path.name), "")
+            name = next((name for name in [own, *equal] if name in free and name in equal), "")
+            if name:
+                names[row.path] = name
+                free.discard(name)
+        remaining = [row for row in self.scanned.files if row.path not in names]
+        is_other = bool(self.rows) and bool(remaining) and len(free) > len(names)
+        if is_other and not is_named and self.on_change != OnChange.FILES:
+            raise self._other_table(len(names))
+        if is_other and is_named:
+            self.declared = self.declared.model_copy(update={"has_several_folders": True})
+        used = set(self.rows)
+        for row in remaining:
+            own = row.cells["recording_id"] or by_number.get(int(row.path.name), "")
+            is_edited = own in free and not self.declared.has_several_folders
+            name = own if is_edited else new_id(row, used)
+            names[row.path] = name
+            free.discard(name)
+            used.add(name)
+        self.names = [(row, names[row.path]) for row in self.scanned.files]
+
+    def _other_table(self, shared: int) -> DataError:
+        """Return the error of a table that has few rows of the session."""
+        problem = (
+            f"session {self.target.name!r} has {len(self.rows)} recordings of another table, and "
+            f"{shared or 'none'} of the {len(self.scanned.files)} rows of {self.source.table.path}"
+        )
+        parent = self.source.table.path.resolve().parent.name or "new"
+        proposed = shell_quoted(f"{parent}_{self.target.name}")
+        fix = f"import it with --session {proposed}; if its values were edited, use "
+        return DataError(self.target, problem, f"{fix}--on-change files")
+
+    def write(self, result: Imported) -> None:
+        """Write the table, recordings.csv and session.yaml."""
+        result.sessions += 1
+        file = self._table_name()
+        before = dict(self.rows)
+        for row, name in self.names:
+            self._take(row, name, file, result)
+        self._prune(result)
+        used = {row.file for row in self.rows.values()}
+        stored = self.target / file
+        if file in used and not (stored.is_file() and file_sha256(stored) == self.source.sha256):
+            copy_file(self.source.table.path, stored)
+            os.sync()  # the table is on the disk before recordings.csv names it
+        rows = sorted(self.rows.values(), key=lambda row: row.recording_id)
+        write_session(self.target, self.declared, rows)
+        for name in {row.file for row in before.values()} - used:
+            inside(self.target, name).unlink(missing_ok=True)
+
+    def _table_name(self) -> str:
+        """Return `file` of the rows: the name of the table, with a digest if another one has it."""
+        path = self.source.table.path
+        plain = f"{IMPORTED_TABLES_FOLDER}/{path.name}"
+        digest = self.source.sha256
+        taken = {row.file: row.sha256 for row in self.rows.values()}
+        if taken.get(plain, digest) == digest:
+            return plain
+        return f"{IMPORTED_TABLES_FOLDER}/{path.stem}~{digest[:DIGEST_DIGITS]}{path.suffix}"
+
+    def _take(self, row: ScannedFile, name: str, file: str, result: Imported) -> None:
+        """Import one row as the recording `name`, or list the reason why it is not imported."""
+        old = self.rows.get(name)
+        is_edited = old is not None and self.known_values.get(name) != self._values(row)
+        if is_edited and self.on_change != OnChange.FILES:
+            self.remarks["kept"].append((name, OTHER_VALUES))
+            return
+        number = int(row.path.name)
+        values: dict[str, Any] = {
+            "recording_id": name,
+            "file": file,
+            "sha256": self.source.sha256,
+            "table_row": number,
+            "labels": row.labels,
+        }
+        try:
+            new = Recording.model_validate(row_cells(row, self.grasps) | values)
+        except ValidationError as error:
+            problem = describe(error, self.source.table.places[number - 1])
+            self.remarks["failed"].append((problem.where, f"{problem.problem}; {problem.fix}"))
+            return
+        if old is None:
+            self.rows[name] = new
+            result.added += 1
+            return
+        has_quality = bool(row.cells["quality"])
+        new = merged_row(old, new, self.on_change, self.remarks, has_quality=has_quality)
+        self.rows[name] = new
+        place = {"file": old.file, "sha256": old.sha256, "table_row": old.table_row}
+        if is_edited or new.model_copy(update=place) != old:
+            result.changed += 1
+        else:
+            result.unchanged += 1
+
+    def _prune(self, result: Imported) -> None:
+        """Remove the recordings without a row in the table if the user requires it, else list them.
+
+        A recording of another table stays.
+        """
+        gone = sorted(set(self.rows) - {name for _, name in self.names})
+        if self.declared.has_several_folders:
+            self.remarks["gone"] += [(name, OTHER_TABLE) for name in gone]
+        elif self.on_change != OnChange.PRUNE:
+            self.remarks["gone"] += [(name, GONE) for name in gone]
+        else:
+            for name in gone:
+                del self.rows[name]
+            result.removed += len(gone)
+
+
+def _new_session(target: Path, scanned: Scan) -> Session:
+    """Return session.yaml of a new session."""
+    return Session(
+        session_id=target.name,
+        source="virtual-import" if scanned.is_simulated else "import",
+        imported_as=scanned.session_texts.get(target.name),
+        software=f"ajgdata {software()['ajgdata_version']}",
+        notes=f"imported from a table in a folder named {scanned.folder.name!r}",
+    )
+
+
+def table_source(table: ImportedTable, columns: Sequence[str]) -> TableSource:
+    """Return the source of an import. Raises DataError for a column that is missing or has text."""
+    values = column_values(table, columns)
+    return TableSource(table, tuple(columns), values, file_sha256(table.path))
+
+
+def label_cells(table: ImportedTable, columns: Sequence[str]) -> Mapping[Path, dict[str, str]]:
+    """Return the cells of each row that are not features, by the name of the row."""
+    features = set(columns)
+    count = len(table.rows)
+    return {
+        row_path(number, count): {k: text for k, text in cells.items() if k not in features}
+        for number, cells in enumerate(table.rows, 1)
+    }
