@@ -250,6 +250,11 @@ class _LeftOutGroup:
         """
         is_shared = np.isin(self.data.group, self.data.group[self.rows])
         rows = np.flatnonzero(np.isin(self.group, training) & ~is_shared)
+        if is_shared.all():
+            raise NotPossibleError(
+                f"{self.name!r} left out: each of the task's groups also has recordings of it, so "
+                "none is left to train on; choose another column as `groups` of the task"
+            )
         if len(np.unique(self.data.value[rows])) < 2:
             raise NotPossibleError(
                 f"{self.name!r} left out, training on {', '.join(map(str, training))}: fewer than "

@@ -126,3 +126,68 @@ def write_finger(
             }
             sound = tones(amplitudes, [int(finger), number])
             write_wav(folder / f"{number}_{label}.wav", sound, RATE_HZ)
+
+
+#: Level in dB of the second tone of each object, and its material. Ceramic objects are nearest to
+#: each other, and each wooden object is nearest to a ceramic one.
+OBJECTS = {
+    "cup": ("ceramic", 5.0),
+    "bowl": ("ceramic", 0.0),
+    "spoon": ("wood", -7.5),
+    "board": ("wood", 12.5),
+}
+
+
+def write_taps(folder: Path, effect: str, taps: int) -> None:
+    """Write a file per tap and finger, and their labels.
+
+    The effect is that of the `material` and the object, or that of the `object` only.
+    """
+    rows = ["object,tap,finger,material"]
+    for number, (name, (material, level_db)) in enumerate(OBJECTS.items()):
+        for tap in range(1, taps + 1):
+            for finger in range(4):
+                amplitudes = {TONES_HZ[0]: 0.3, TONES_HZ[2]: 0.03 * 10 ** (level_db / 20)}
+                if effect == "material":
+                    amplitudes[TONES_HZ[3] if material == "wood" else 7000.0] = 0.3
+                sound = tones(amplitudes, [number, tap, finger])
+                write_wav(folder / "audio" / name / f"{tap}_{finger}.wav", sound, RATE_HZ)
+                rows.append(f"{name},{tap},{finger},{material}")
+    (folder / "labels.csv").write_text("\n".join(rows))
+
+
+#: Frequency of the robot's noise, which is also the tone of the contact `scrape`.
+NOISE_HZ = TONES_HZ[1]
+CONTACTS = {"tap": TONES_HZ[0], "scrape": NOISE_HZ}
+#: Sign of the second microphone in each demonstration.
+SIGNS = {"demo_1": 1, "demo_2": -1, "demo_3": -1}
+START_S = 1769522137.5
+LATENCY_S = 0.25
+
+
+def write_demonstrations(folder: Path, noise: float = 0.0, seed: int = 0) -> None:
+    """Write a long file with two channels per demonstration, its contacts, and the robot's poses.
+
+    A contact takes 0.1 s; the next one follows at once. A sound is `LATENCY_S` later than its pose.
+    `noise` is the level of the robot's noise.
+    """
+    contacts = ["file,start,end,demo,contact,time"]
+    poses = ["stamp,z_m"]
+    for number, (demo, sign) in enumerate(SIGNS.items()):
+        parts = []
+        for event in range(12):
+            contact = ("tap", "scrape")[event % 2]
+            sound = tones({CONTACTS[contact]: 0.1}, [seed, number, event], 0.1)
+            if noise:
+                sound += tones({NOISE_HZ: noise}, [seed, number, event, 1], 0.1)
+            parts.append(sound)
+            start_s = 0.1 * event
+            time_s = START_S + 100 * number + start_s
+            contacts.append(
+                f"{demo}.wav,{start_s:.1f},{start_s + 0.1:.1f},{demo},{contact},{time_s:.2f}"
+            )
+            poses.append(f"{time_s - LATENCY_S:.2f},{0.01 * event:.2f}")
+        first = np.round(np.concatenate(parts) * 2**15) / 2**15  # exact in 16 bits
+        write_wav(folder / f"{demo}.wav", np.stack([first, sign * first], axis=1), RATE_HZ)
+    (folder / "contacts.csv").write_text("\n".join(contacts))
+    (folder / "robot.csv").write_text("\n".join(poses))

@@ -9,7 +9,18 @@ from pathlib import Path
 
 import pytest
 import yaml
-from neighbours import BOARDS, PLACES, RATE_HZ, tones, write_finger, write_sweeps
+from neighbours import (
+    BOARDS,
+    NOISE_HZ,
+    PLACES,
+    RATE_HZ,
+    SIGNS,
+    tones,
+    write_demonstrations,
+    write_finger,
+    write_sweeps,
+    write_taps,
+)
 from recorded import run_experiments
 from sounds import write_wav
 
@@ -179,3 +190,98 @@ def test_a_file_of_ten_minutes_becomes_one_recording_per_played_sound(paths, src
     table = rows(content["name"], name)
     assert [row["start_s"] for row in table[:3]] == ["0.0", "0.06", "0.12"]
     assert len(table) == 10 and {row["finger"] for row in table} == {"030"}
+
+
+EXAMPLES = ROOT / "docs" / "examples"
+
+
+@pytest.fixture
+def import_demonstrations(paths, src, ajgdata, features):
+    """Import demonstrations under a name, with a level of the robot's noise."""
+
+    def imported(name: str, noise: float = 0.0) -> None:
+        content = declare(paths, EXAMPLES / "contact_microphones.yaml", floor_db=-40)
+        if name != content["name"]:
+            content |= {"name": name, "tasks": {}}
+        path = paths.dataset(name)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(yaml.safe_dump(content, sort_keys=False))
+        folder = src / name
+        folder.mkdir()
+        write_demonstrations(folder, noise, seed=round(10 * noise))
+        printed = ajgdata("import", folder, "--dataset", name)
+        assert printed.code == 0 and "36 added" in printed.text, printed.text
+        features(name)
+
+    return imported
+
+
+def test_contact_microphones_of_either_polarity_in_the_noise_of_a_robot(
+    import_demonstrations, paths, src, ajgdata, features, rows
+):
+    """The noise is the tone of one of two contacts, so a model without copies predicts it always.
+
+    Each contact has its own pose, 0.25 s before its sound.
+    """
+    name = "contact_microphones"
+    import_demonstrations(name)
+    for demo in SIGNS:
+        poses = [float(row["z_m"]) for row in rows(name, demo)]
+        assert poses == pytest.approx([0.01 * event for event in range(12)])
+    import_demonstrations("noisy", noise=0.3)
+    noise = src / "robot_noise"
+    for number in range(1, 4):
+        write_wav(noise / f"{number}_hum.wav", tones({NOISE_HZ: 0.3}, [9, number], 0.1), RATE_HZ)
+    assert ajgdata("import", noise, "--dataset", "robot_noise").code == 0
+    features("robot_noise")
+    content = yaml.safe_load(paths.dataset(name).read_text())
+    task = {**content["tasks"]["contact"], "test_on": ["noisy"], "compare_sessions": False}
+    tasks = {"with_copies": task, "without": {**task, "augment": None}}
+    content["tasks"].update(tasks)
+    del content["tasks"]["contact"]
+    paths.dataset(name).write_text(yaml.safe_dump(content, sort_keys=False))
+    found = scores(paths, name)
+    assert found["new_demonstration", "transfer", "leave one demo out", name]["accuracy"] == 1
+    for task, in_noise in (("without", 0.5), ("with_copies", 1)):
+        assert found[task, CV, "grouped", name]["accuracy"] == 1
+        assert found[task, CV, "grouped", "noisy"]["accuracy"] == in_noise
+
+
+def test_the_mean_of_microphones_with_opposite_signs_is_refused_and_silent(
+    paths, src, ajgdata, features
+):
+    name = "averaged"
+    content = declare(paths, EXAMPLES / "contact_microphones.yaml", floor_db=-40)
+    content |= {"name": name, "audio": {"sample_rate_hz": RATE_HZ, "microphone": "mean"}}
+    paths.dataset(name).parent.mkdir()
+    paths.dataset(name).write_text(yaml.safe_dump(content, sort_keys=False))
+    write_demonstrations(src)
+    printed = ajgdata("import", src, "--dataset", name)
+    assert printed.code == 1
+    assert "so they are not averaged (microphone 1: level -23.0 dBFS, correlation" in printed.text
+    assert ajgdata("import", src, "--dataset", name, "--microphone", "mean").code == 0
+    features(name)
+    lines = paths.quarantine(name).read_text().splitlines()
+    silent = [line for line in lines if "silent" in line]
+    assert len(silent) == 24 and not any("demo_1" in line for line in silent)
+
+
+#: Accuracy of materials of new objects, and of known objects, by effect. If objects differ and
+#: materials do not, two of four objects are most similar to an object of another material.
+TAPS = {"material": (1, 1), "object": (0.5, 1)}
+
+
+@pytest.mark.parametrize("effect", TAPS)
+def test_tapped_objects_that_are_new_or_known(paths, src, ajgdata, features, effect):
+    write_taps(src, effect, taps=5)
+    declare(paths, EXAMPLES / "tapping_fingers.yaml", floor_db=-40)
+    name = "tapping_fingers"
+    printed = ajgdata("import", src, "--dataset", name)
+    assert printed.code == 0, printed.text
+    assert "80 added" in printed.text and "20 grasps" in printed.text
+    features(name)
+    found = scores(paths, name)
+    new_object, known_object = TAPS[effect]
+    assert found["new_object", CV, "grouped", name]["accuracy"] == new_object
+    assert found["known_object", CV, "grouped", name]["accuracy"] == known_object
+    assert found["new_finger", CV, "grouped", name]["accuracy"] == 1

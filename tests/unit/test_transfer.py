@@ -484,6 +484,21 @@ def test_settings_that_the_data_do_not_allow_are_named(settings, message):
         measured("transfer", inputs, "knn_plain", **{"leave_out": "finger", **settings})
 
 
+def test_groups_that_are_in_every_left_out_group_leave_nothing_to_train_on():
+    data, finger, grasp = fingers(lambda feature, _: feature, groups=2)
+    tap = data._replace(group=np.array([str(n % 20) for n in range(len(finger))]))
+    with pytest.raises(NotPossibleError, match="each of the task's groups also has recordings"):
+        leave_groups_out(
+            tap,
+            finger,
+            grasp,
+            kind="classification",
+            model="knn_plain",
+            sizes=[1],
+            adaptations=[Adaptation(False, 0)],
+        )
+
+
 def test_sessions_of_one_object_each_cannot_be_trained_on():
     data, finger, grasp = fingers(lambda feature, _: feature, groups=4)
     confounded = data._replace(value=finger)
