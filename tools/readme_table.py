@@ -135,8 +135,8 @@ def _machines(metrics: pd.DataFrame, paper: Mapping[str, PaperFigure]) -> str:
         return ""
     link = "[Other computers](docs/reproducibility.md#differences-between-computers)"
     return (
-        "The report of this run has the same numbers."
-        f" {link} differ by {', '.join(differences)}, in the order of the rows.\n\n"
+        "The report has the same numbers."
+        f" {link} differ by {', '.join(differences)} (row by row).\n\n"
     )
 
 

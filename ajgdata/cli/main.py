@@ -23,6 +23,7 @@ from ajgdata.cli.new import new, paper
 from ajgdata.cli.plan import plan
 from ajgdata.cli.project import doctor, run, simulate
 from ajgdata.cli.publish import fetch, publish
+from ajgdata.cli.report import report
 from ajgdata.cli.sense import sense
 from ajgdata.cli.sort import sort
 from ajgdata.cli.status import status
@@ -47,7 +48,7 @@ app = typer.Typer(
 PANELS = {
     "Start": (new, paper),
     "Data": (import_command, record, simulate, check, publish, fetch),
-    "Run": (run, train, status, compare, plan),
+    "Run": (run, train, status, report, compare, plan),
     "Use": (export, sense, sort),
     "Tools": (scene, doctor),
 }

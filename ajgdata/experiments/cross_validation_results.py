@@ -233,6 +233,11 @@ class ModelResult:
         table = self.result.tables[PREDICTIONS].where(**self._columns(part))
         return table.numbers("probability")
 
+    def recordings(self, part: str = GROUPED) -> list[str]:
+        """Return the recordings `session/recording` of the predictions of a part: n names."""
+        table = self.result.tables[PREDICTIONS].where(**self._columns(part))
+        return list(table.column("recording"))
+
     def mirror_inputs(self, part: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return true angles, predicted angles and folds (n,) of a part."""
         table = self.result.tables[PREDICTIONS].where(**self._columns(part))

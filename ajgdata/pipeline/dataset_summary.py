@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
 
@@ -70,20 +70,38 @@ def rows_by_label(store: FeatureRows, spec: DatasetSpec) -> tuple[str, dict[str,
 def samples(paths: Paths, spec: DatasetSpec, store: FeatureRows) -> Iterator[tuple[str, str]]:
     """Yield label and link (from the report) of the first recording of each class or bin."""
 
+    link = sound_links(paths, spec.name)
+    for label, rows in rows_by_label(store, spec)[1].items():
+        address = link(str(store.columns["recording"].values[np.flatnonzero(rows)[0]]))
+        if address:
+            yield label, address
+
+
+def sound_links(paths: Paths, dataset: str) -> Callable[[str], str]:
+    """Return a function that returns the link from the report to a recording of a data set.
+
+    The function takes `session/recording`, and returns "" for a recording that no longer exists.
+    It reads each session once.
+    """
+
     @cache
     def read(session: str) -> tuple[Path, Session, dict[str, Recording]]:
-        folder = paths.session(spec.name, session)
+        folder = paths.session(dataset, session)
         rows = {row.recording_id: row for row in read_recordings(folder)[0]}
         return folder, read_session(folder), rows
 
-    for label, rows in rows_by_label(store, spec)[1].items():
-        name = str(store.columns["recording"].values[np.flatnonzero(rows)[0]])
+    def link(name: str) -> str:
         session, _, recording_id = name.partition("/")
+        if not paths.session(dataset, session).is_dir():
+            return ""
         folder, about, recordings = read(session)
         row = recordings.get(recording_id)
-        if row:
-            link = link_from_report(paths, audio_path(folder, about, row))
-            yield label, link + _media_fragment(row.segment)
+        if row is None:
+            return ""
+        address = link_from_report(paths, audio_path(folder, about, row))
+        return address + _media_fragment(row.segment)
+
+    return link
 
 
 def _media_fragment(segment: Segment) -> str:

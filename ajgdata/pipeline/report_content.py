@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cache, partial
 from pathlib import Path
 
 from ajgdata.experiments.base import TaskResults
 from ajgdata.experiments.cross_validation_results import training_cost
 from ajgdata.experiments.hypotheses import reasons_of
+from ajgdata.experiments.prediction_list import prediction_list
 from ajgdata.experiments.registry import load_experiment
 from ajgdata.experiments.requests import Request
 from ajgdata.pages import page_causes, page_figures
 from ajgdata.paths import Paths
-from ajgdata.pipeline.dataset_summary import summary
+from ajgdata.pipeline.dataset_summary import sound_links, summary
 from ajgdata.pipeline.experiment_pages import experiment_pages
 from ajgdata.pipeline.machine import cpu_name
 from ajgdata.report.answer import answer
@@ -118,13 +120,14 @@ def _sections(paths: Paths, results: Sequence[TaskResults]) -> Iterator[TaskSect
     by_task: dict[tuple[str, str], list[TaskResults]] = {}
     for result in results:
         by_task.setdefault((result.dataset, result.task), []).append(result)
+    links = cache(partial(sound_links, paths))
     for (dataset, task), own in by_task.items():
-        parts = tuple(_part(paths, result) for result in own)
+        parts = tuple(_part(paths, result, links(dataset)) for result in own)
         yield TaskSection(dataset, task, own[0].title, own[0].source, parts)
 
 
-def _part(paths: Paths, results: TaskResults) -> ReportPart:
-    """Return the content of one experiment on one task."""
+def _part(paths: Paths, results: TaskResults, link: Callable[[str], str]) -> ReportPart:
+    """Return the content of one experiment on one task; `link` returns the link to a recording."""
     experiment = load_experiment(results.experiment)
     sentences = [experiment.summary(results)]
     if results.left_out:
@@ -139,6 +142,9 @@ def _part(paths: Paths, results: TaskResults) -> ReportPart:
         rows=tuple(experiment.rows(results)),
         figures=tuple(experiment.figures(results)),
         advice=tuple(experiment.advice(results)),
+        predictions=(
+            prediction_list(results, link) if results.experiment == CROSS_VALIDATION else None
+        ),
     )
 
 

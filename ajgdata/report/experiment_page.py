@@ -11,6 +11,7 @@ from ajgdata.report.comparison import PaperComparison, Reason, evidence, tally, 
 from ajgdata.report.forest import ForestTable, paper_forest
 from ajgdata.report.format import DASH, Source, sentence, short_commit
 from ajgdata.report.navigation import experiment_link
+from ajgdata.report.predictions import PredictionList
 from ajgdata.report.render import DrawnFigure
 from ajgdata.report.report_data import (
     DatasetSummary,
@@ -51,6 +52,13 @@ class FoldedPart(NamedTuple):
     title: str
     summary: str
     figures: tuple[DrawnFigure, ...]
+
+
+class TaskPredictions(NamedTuple):
+    """Listed predictions of a task."""
+
+    title: str
+    list: PredictionList
 
 
 class MethodLink(NamedTuple):
@@ -95,6 +103,7 @@ class ExperimentView:
     results: ResultsTable | None
     are_results_open: bool
     folded: list[FoldedPart]
+    predictions: list[TaskPredictions]
     methods: list[MethodLink]
     datasets: list[UsedDataset]
     version: str
@@ -137,6 +146,11 @@ def experiment_view(
         results=results_table(sections),
         are_results_open=not comparisons and n_rows <= MAX_OPEN_ROWS,
         folded=list(folded_parts(page, sections, open_names, figures)),
+        predictions=[
+            TaskPredictions(section.title, part.predictions)
+            for section, part in parts
+            if part.predictions
+        ],
         methods=_method_links(parts),
         datasets=_used_datasets(report.datasets, sections),
         version=report.version,

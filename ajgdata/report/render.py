@@ -6,6 +6,8 @@ template contains no decision except whether a value is present.
 
 from __future__ import annotations
 
+import base64
+import hashlib
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -19,6 +21,9 @@ from ajgdata.report.format import Caption
 from ajgdata.report.navigation import Group, groups_on
 from ajgdata.report.report_data import Illustration
 from ajgdata.store.report_files import template_folders
+
+#: Script of all pages: tables sort and filter.
+SCRIPT = "report.js"
 
 
 class FileLink(NamedTuple):
@@ -82,8 +87,27 @@ def render(
     this folder. `nav` is the navigation. Raises jinja2.UndefinedError if the template names a value
     that does not exist.
     """
-    shared = {"nav": groups_on(here, nav), "root": "../" * here.count("/")}
-    return environment(project).get_template(template).render(**shared, **values)
+    templates = environment(project)
+    shared = {
+        "nav": groups_on(here, nav),
+        "root": "../" * here.count("/"),
+        "script": _script(templates),
+    }
+    return templates.get_template(template).render(**shared, **values)
+
+
+class PageScript(NamedTuple):
+    """The script of all pages, and its hash, without which a browser does not run it."""
+
+    text: Markup
+    hash: str
+
+
+def _script(templates: Environment) -> PageScript:
+    """Return the script of the project, or the packaged one."""
+    text = templates.get_template(SCRIPT).render()
+    digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
+    return PageScript(Markup(text), f"sha256-{digest}")
 
 
 def environment(project: Paths | None = None) -> Environment:

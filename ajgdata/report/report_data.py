@@ -14,6 +14,7 @@ import numpy as np
 
 from ajgdata.report.comparison import Mark, PaperComparison, PaperFigure, Reason, tally, tally_text
 from ajgdata.report.format import Caption, Source
+from ajgdata.report.predictions import PredictionList
 from ajgdata.store.benchmarks import RuleCost, cost_text
 from ajgdata.types import (
     FeatureKind,
@@ -147,7 +148,7 @@ class ReportPart:
     """One experiment on one task: rows of the table of results, figures and texts.
 
     `summary` is the first sentence. `text` (Markdown) has question, method, and how to read the
-    figure. `advice` are sentences on next steps.
+    figure. `advice` are sentences on next steps. `predictions` are listed with their sounds.
     """
 
     experiment: str
@@ -158,6 +159,7 @@ class ReportPart:
     rows: tuple[ResultRow, ...]
     figures: tuple[Illustration, ...]
     advice: tuple[str, ...] = ()
+    predictions: PredictionList | None = None
 
     @property
     def headline(self) -> str:

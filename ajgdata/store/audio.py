@@ -466,6 +466,14 @@ def pcm24_bytes(samples: NDArray[Any], sample_rate_hz: int, comment: str = "") -
     return stream.getvalue()
 
 
+def mp3_bytes(samples: NDArray[Any], sample_rate_hz: int) -> bytes:
+    """Return mono samples (n,) within ±1 as MP3, for listening; the samples change slightly."""
+    stream = io.BytesIO()
+    with soundfile.SoundFile(stream, "w", sample_rate_hz, 1, format="MP3") as file:
+        file.write(samples)
+    return stream.getvalue()
+
+
 class FileHashes(dict[Path, str]):
     """The sha256 of files by path. Each file is read when its hash is first used.
 

@@ -17,7 +17,7 @@ from ajgdata.types.errors import DataError
 
 PACKAGE = "ajgdata"
 #: Names of modules that differ from the name of their package by more than an underscore.
-PACKAGES = {"markdown_it": "markdown-it-py", "umap": "umap-learn"}
+PACKAGES = {"bs4": "beautifulsoup4", "markdown_it": "markdown-it-py", "umap": "umap-learn"}
 #: A requirement of an extra: package, extras of the package, and name of our extra.
 _REQUIREMENT = re.compile(
     r"(?P<package>[\w.-]+)(?:\[(?P<extras>[\w, -]+)\])?[^;]*;.*extra == [\"'](?P<extra>[\w-]+)"

@@ -67,7 +67,8 @@ class Site(NamedTuple):
                     continue
                 target = (page.parent / unquote(parts.path)).resolve() if parts.path else page
                 place = unquote(parts.fragment)
-                there = target.exists() and target.is_relative_to(self.folder.parent)
+                project = self.folder.parent.parent  # sounds are in its data/
+                there = target.exists() and target.is_relative_to(project)
                 if not there or (place and place not in written[target].places):
                     wrong.append(f"{self.name(page)}: {address}")
         return wrong

@@ -197,3 +197,54 @@ def assert_none(wrong: Mapping[str, Iterable[object]] | Iterable[object]) -> Non
 def letters(text: str) -> str:
     """Letters and digits alone: a PDF has no spaces, and a heading may be drawn in capitals."""
     return re.sub(r"\W", "", text).casefold()
+
+
+#: The listed predictions of a task of classes: true and predicted class of each visible row.
+LISTED = """
+const task = document.querySelector('.matrix').closest('details');
+const rows = [...task.querySelectorAll('.filtered tbody tr')].filter(row => !row.hidden);
+return rows.map(row => [row.cells[1].innerText, row.cells[2].innerText.replace(' ✓', '')])
+"""
+SHOW_PAIR_OF_FIRST = """
+const task = document.querySelector('.matrix').closest('details');
+const pair = task.querySelector('.filtered tbody tr').dataset.pair;
+task.querySelector(`.matrix a[href='#${pair}']`).click()
+"""
+SHOW_ALL = """
+const task = document.querySelector('.matrix').closest('details');
+task.querySelector('.filter button').click()
+"""
+FILTER = """
+const task = document.querySelector('.matrix').closest('details');
+const input = task.querySelector('.filter input');
+input.value = arguments[0];
+input.dispatchEvent(new Event('input'))
+"""
+SORT_BY_TRUE_CLASS = """
+const task = document.querySelector('.matrix').closest('details');
+task.querySelectorAll('.filtered .sort')[1].click()
+"""
+
+
+def test_a_number_of_the_matrix_shows_its_recordings_and_filters_and_columns_work(
+    browser, measured
+):
+    page = next(
+        page for page in measured.pages if 'class="matrix"' in page.read_text(encoding="utf-8")
+    )
+    browser.open(page.as_uri())
+    browser.run(UNFOLD)
+    complete = browser.run(LISTED)
+    browser.run(SHOW_PAIR_OF_FIRST)
+    shown = browser.run(LISTED)
+    assert shown and all(row == complete[0] for row in shown)
+    browser.run(SHOW_ALL)
+    assert browser.run(LISTED) == complete
+    browser.run(FILTER, "no such recording")
+    assert browser.run(LISTED) == []
+    browser.run(SHOW_ALL)
+    for is_descending in (False, True):
+        browser.run(SORT_BY_TRUE_CLASS)
+        values = [row[0] for row in browser.run(LISTED)]
+        assert values == sorted(values, reverse=is_descending)
+    assert browser.complaints() == []

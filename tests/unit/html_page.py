@@ -28,7 +28,7 @@ class Page(HTMLParser):
         assert self._open.pop() == tag
 
     def handle_data(self, data):
-        if "style" in self._open or not data.strip():
+        if {"style", "script"} & {*self._open} or not data.strip():
             return
         self.words.append(" ".join(data.split()))
         if "tr" in self._open:

@@ -1,0 +1,57 @@
+"""Predictions that a page lists with their recordings, so that people can hear wrong ones."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class ListedPrediction(NamedTuple):
+    """A prediction on a held-out grasp.
+
+    `link` leads from the report to the sound, and is "" without one. `certainty` is the probability
+    of the predicted class, or the error. `pair` is the anchor of its true and predicted class.
+    """
+
+    recording: str
+    link: str
+    true: str
+    predicted: str
+    certainty: str
+    pair: str
+    is_wrong: bool
+
+
+class MatrixCell(NamedTuple):
+    """A cell of a matrix of classes: a number of predictions, and the anchor of listed ones."""
+
+    text: str
+    anchor: str
+    is_correct: bool
+
+
+class MatrixRow(NamedTuple):
+    """The predictions of the recordings of one true class."""
+
+    true: str
+    cells: tuple[MatrixCell, ...]
+
+
+class PredictionList(NamedTuple):
+    """Predictions of one model on the held-out grasps of a task.
+
+    `name` is the anchor of the list, and `classes` are the titles of the columns of the `matrix`;
+    both are empty for numbers. `certainty_title` is the title of the last column.
+    """
+
+    name: str
+    title: str
+    note: str
+    certainty_title: str
+    rows: tuple[ListedPrediction, ...]
+    classes: tuple[str, ...] = ()
+    matrix: tuple[MatrixRow, ...] = ()
+
+    @property
+    def anchors(self) -> dict[str, str]:
+        """Return the first recording of each anchor: links of the matrix lead to it."""
+        return {row.pair: row.recording for row in reversed(self.rows)}
