@@ -75,7 +75,7 @@ function makeFiltered(table, matrix) {
 }
 
 for (const table of document.querySelectorAll("table:not(.forest):not(.matrix)")) {
-  if (table.tHead && table.tBodies.length && table.rows.length > 3) makeSortable(table);
+  if (table.tHead && table.tBodies.length && table.rows.length > 2) makeSortable(table);
 }
 for (const table of document.querySelectorAll("table.filtered")) {
   makeFiltered(table, table.closest("details").querySelector("table.matrix"));

@@ -49,7 +49,7 @@ def test_five_results_next_to_the_published_values(tmp_path, monkeypatch):
         " not better than chance | — | — | 6.42 mm | 3.5 mm | worse |",
     ]
     assert len(lines[3:-5]) == 5 and lines[5].endswith("| — | — | — | — | 85.6 % | — |")
-    assert lines[-4].endswith("differ by ±0.1 mm, in the order of the rows.")
+    assert lines[-4].endswith("differ by ±0.1 mm (row by row).")
     assert re.fullmatch(r"Commit c0ffee1234; SHA-256 of `metrics.csv`: [0-9a-f]{10}\.", lines[-2])
 
 
