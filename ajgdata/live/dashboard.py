@@ -7,33 +7,23 @@ that only the printed address contains (see `docs/dashboard.md`).
 from __future__ import annotations
 
 import asyncio
-import hmac
 import json
 import secrets
-import socket
 import threading
 import time
-from collections.abc import AsyncIterator, Iterator, Mapping
+from collections.abc import AsyncIterator, Iterator
 from contextlib import contextmanager
 from typing import NamedTuple
 
-import uvicorn
 from sse_starlette import EventSourceResponse, ServerSentEvent
-from starlette.applications import Starlette
-from starlette.middleware import Middleware
-from starlette.middleware.trustedhost import TrustedHostMiddleware
 from starlette.requests import Request
 from starlette.responses import PlainTextResponse, Response
 from starlette.routing import Route
-from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from ajgdata.live.events import Event, RunState
+from ajgdata.live.server import guarded, has_token, served
 from ajgdata.live.steps import Control
-from ajgdata.report.render import render
 
-HOST = "127.0.0.1"
-#: Header with the token of a run.
-TOKEN_HEADER = "X-Ajgdata-Token"
 #: Seconds after which a page that reads nothing is dropped.
 PATIENCE_S = 10.0
 #: Seconds between two heartbeats of an open page.
@@ -48,16 +38,6 @@ _FILES = {
     "/tokens.css": ("tokens.css", "text/css"),
     "/dashboard.css": ("dashboard.css", "text/css"),
     "/dashboard.js": ("dashboard.js", "text/javascript"),
-}
-#: The page loads these files only, and sends requests to this server only.
-_HEADERS = {
-    "Cache-Control": "no-store",
-    "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; "
-    "connect-src 'self'; img-src 'self' data:; base-uri 'none'; form-action 'none'; "
-    "frame-ancestors 'none'",
-    "X-Content-Type-Options": "nosniff",
-    "Referrer-Policy": "same-origin",
-    "Cross-Origin-Resource-Policy": "same-origin",
 }
 
 
@@ -82,37 +62,11 @@ def dashboard(control: Control, *, port: int = 0) -> Iterator[Dashboard]:
     """
     feed = Feed(control)
     token = secrets.token_urlsafe(16)
-    files = {
-        route: Response(render(template), media_type=media_type)
-        for route, (template, media_type) in _FILES.items()
-    }
-    app = _app(files, feed, control, token)
-    listener = socket.create_server((HOST, port), backlog=128)
-    server = uvicorn.Server(
-        uvicorn.Config(
-            app,
-            http="h11",
-            ws="none",
-            lifespan="off",
-            access_log=False,
-            log_config=None,
-            log_level="critical",
-            server_header=False,
-            timeout_graceful_shutdown=1,
-        )
-    )
-    thread = threading.Thread(target=server.run, args=([listener],), daemon=True)
-    thread.start()
-    watching = f"http://{HOST}:{listener.getsockname()[1]}/"
-    try:
-        while not server.started and thread.is_alive():
-            time.sleep(0.01)
-        yield Dashboard(feed, f"{watching}#{token}", watching)
-    finally:
-        feed.close(_FAREWELL_S)
-        server.should_exit = True
-        thread.join()
-        listener.close()
+    with served(guarded(_FILES, _routes(feed, control, token)), port) as watching:
+        try:
+            yield Dashboard(feed, f"{watching}#{token}", watching)
+        finally:
+            feed.close(_FAREWELL_S)
 
 
 class Feed:
@@ -170,47 +124,8 @@ class Feed:
         return "stopped" if is_stopped else "running"
 
 
-class RequestGuard:
-    """Middleware that refuses requests from other pages, and adds headers."""
-
-    def __init__(self, app: ASGIApp) -> None:
-        self._app = app
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer one request."""
-
-        async def send_with_headers(message: Message) -> None:
-            if message["type"] == "http.response.start":
-                extra = [(name.lower().encode(), text.encode()) for name, text in _HEADERS.items()]
-                names = {name for name, _ in extra}
-                own = [header for header in message["headers"] if header[0].lower() not in names]
-                message["headers"] = [*own, *extra]
-            await send(message)
-
-        app = self._app
-        if scope["type"] == "http" and _is_foreign(Request(scope)):
-            app = PlainTextResponse("the request is from another page", 403)
-        await app(scope, receive, send_with_headers)
-
-
-def _is_foreign(request: Request) -> bool:
-    """Return whether a page from elsewhere sent the request. Links to the page are allowed.
-
-    Images and frames have no origin, but browsers report their site.
-    """
-    headers = request.headers
-    origin = headers.get("origin")
-    if origin is not None and origin != f"http://{headers.get('host', '')}":
-        return True
-    is_other_site = headers.get("sec-fetch-site") in ("cross-site", "same-site")
-    return is_other_site and headers.get("sec-fetch-mode") != "navigate"
-
-
-def _app(files: Mapping[str, Response], feed: Feed, control: Control, token: str) -> Starlette:
-    """Return the web site of a run; `files` are its fixed files by route."""
-
-    async def file(request: Request) -> Response:
-        return files[request.url.path]
+def _routes(feed: Feed, control: Control, token: str) -> list[Route]:
+    """Return the routes of a run."""
 
     async def events(request: Request) -> Response:
         return EventSourceResponse(
@@ -221,16 +136,9 @@ def _app(files: Mapping[str, Response], feed: Feed, control: Control, token: str
         )
 
     async def stop(request: Request) -> Response:
-        sent = request.headers.get(TOKEN_HEADER, "")
-        if not hmac.compare_digest(sent.encode(), token.encode()):
+        if not has_token(request, token):
             return PlainTextResponse("the token is not that of this run", 403)
         control.stop()
         return Response(status_code=204)
 
-    routes = [Route(route, file) for route in files]
-    routes += [Route("/events", events), Route("/stop", stop, methods=["POST"])]
-    hosts = [HOST, "localhost"]  # a foreign name may lead here (DNS rebinding)
-    trusted = Middleware(TrustedHostMiddleware, allowed_hosts=hosts, www_redirect=False)
-    app = Starlette(routes=routes, middleware=[Middleware(RequestGuard), trusted])
-    app.router.redirect_slashes = False
-    return app
+    return [Route("/events", events), Route("/stop", stop, methods=["POST"])]

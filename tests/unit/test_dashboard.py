@@ -10,7 +10,8 @@ from html_page import Page
 from live_events import run
 from sorting_lab import BALL, BINS, CLASSES, CUBE, ROD, Cell, plan
 
-from ajgdata.live.dashboard import TOKEN_HEADER, dashboard
+from ajgdata.live.dashboard import dashboard
+from ajgdata.live.server import TOKEN_HEADER
 from ajgdata.live.steps import Control
 
 
