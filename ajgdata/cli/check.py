@@ -20,9 +20,11 @@ from ajgdata.types import (
     DataError,
     Finding,
     IssueCounts,
+    is_of_recording,
     issue_counts,
     many,
 )
+from ajgdata.types.shell import shell_command
 
 if TYPE_CHECKING:
     from ajgdata.pipeline.accept import Accepted, NotAccepted
@@ -85,6 +87,7 @@ def check(
             if notes or issue.level != "note" or issue.recording_id == WHOLE
         ]
         print_issues(shown, names_dataset=len(issues_by_set) > 1, everything=everything)
+        print_browse_commands(shown)
         say(_summary(n_recordings, counts, issues, hides_notes=not notes))
     levels = {issue.level for issue in issues}
     raise typer.Exit(ATTENTION if levels & {"error", "warning"} else 0)
@@ -193,3 +196,14 @@ def print_issues(
     counts = Counter(issue.code for _, issue in issues).most_common()
     if counts:
         out.out(", ".join(f"{code} {count}" for code, count in counts))
+
+
+def print_browse_commands(issues: Sequence[tuple[str, Finding]]) -> None:
+    """Print the command that shows and plays the recordings of each data set and code.
+
+    `issues` are those that are printed, each with the name of its data set.
+    """
+    codes = dict.fromkeys((name, issue.code) for name, issue in issues if is_of_recording(issue))
+    for name, code in codes:
+        words = ["ajgdata", "browse", name, "--check", "--filter", f"issue={code}"]
+        say(f"see and hear: {escape(shell_command(words))}")

@@ -13,6 +13,7 @@ import typer
 from rich.markup import escape
 
 from ajgdata import __version__
+from ajgdata.cli.browse import browse
 from ajgdata.cli.check import check
 from ajgdata.cli.compare import compare
 from ajgdata.cli.console import print_any_character, warn
@@ -47,7 +48,7 @@ app = typer.Typer(
 #: Commands by panel of the help text, in the order of the help text.
 PANELS = {
     "Start": (new, paper),
-    "Data": (import_command, record, simulate, check, publish, fetch),
+    "Data": (import_command, record, simulate, check, browse, publish, fetch),
     "Run": (run, train, status, report, compare, plan),
     "Use": (export, sense, sort),
     "Tools": (scene, doctor),

@@ -31,6 +31,7 @@ from ajgdata.types.issues import (
     Finding,
     IssueCounts,
     flagged,
+    is_of_recording,
     issue_counts,
     left_out,
 )

@@ -40,6 +40,11 @@ class Finding:
         return self.level == "error" or self.code in ("copy", "rejected")
 
 
+def is_of_recording(issue: Finding) -> bool:
+    """Return whether an issue is of one recording, and not of a session, a data set or a grasp."""
+    return WHOLE not in (issue.session_id, issue.recording_id) and issue.code != _NO_RECORDING
+
+
 def left_out(findings: Iterable[Finding]) -> set[tuple[str, str]]:
     """Return (session_id, recording_id) of each recording that the feature file excludes."""
     return {(f.session_id, f.recording_id) for f in findings if f.leaves_out}
@@ -85,7 +90,7 @@ def issue_counts(issues: Iterable[Finding]) -> IssueCounts:
     """
     worst_ranks: dict[tuple[str, str], int] = {}  # by session_id and recording_id
     for issue in issues:
-        if issue.recording_id == WHOLE or issue.code == _NO_RECORDING:
+        if not is_of_recording(issue):
             continue
         recording = (issue.session_id, issue.recording_id)
         rank = ISSUE_LEVELS.index(issue.level)

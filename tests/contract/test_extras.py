@@ -32,6 +32,7 @@ WORKING = {
         *ajgdata._MODULES,
         "ajgdata.acquire.sound_card",
         "ajgdata.acquire.virtual",
+        "ajgdata.browse.view",
         "ajgdata.cli",
         "ajgdata.evaluate.planning",
         "ajgdata.live.sort",
@@ -64,7 +65,7 @@ WORKING = {
         "ajgdata.studies.verification",
     },
     "publish": {"ajgdata.pipeline.feature_table", "ajgdata.pipeline.publish"},
-    "live": {"ajgdata.live.dashboard"},
+    "live": {"ajgdata.browse.site", "ajgdata.live.dashboard"},
     "export": {"ajgdata.export"},
 }
 

@@ -152,7 +152,8 @@ RANKS = {
     "tutorial": 9,
     "pages": 10,
     "pipeline": 11,
-    "cli": 12,
+    "browse": 12,
+    "cli": 13,
 }
 #: Packages that use nothing of ours but what is named.
 ALLOWED_ONLY = {"gripper": set(), "types": set(), "paths": set(), "models": {"types"}}

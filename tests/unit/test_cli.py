@@ -10,6 +10,7 @@ from worlds import assert_one_line, write_tone
 from ajgdata.cli.project import diagnostics
 from ajgdata.pipeline.jobs import logged
 from ajgdata.store.sessions import read_dataset
+from ajgdata.types.shell import shell_quoted
 
 
 def test_check_clean_and_not(ajgdata, project, snapshot):
@@ -25,7 +26,10 @@ def test_check_clean_and_not(ajgdata, project, snapshot):
         "error missing s1/b: no such file, or a broken link; restore it or remove its row"
     )
     assert lines[-1] == "3 recordings checked: 1 error, 0 warnings, 0 notes"
-    assert lines[-2] == "missing 1"
+    assert lines[-3:-1] == [
+        "missing 1",
+        "see and hear: ajgdata browse d --check --filter " + shell_quoted("issue=missing"),
+    ]
 
 
 @pytest.mark.parametrize(

@@ -54,7 +54,7 @@ def test_an_invalid_cell_excludes_the_recording_from_its_target_only(ajgdata, pr
     body = "".join(f"{n},audio/{n}.wav,{sha256[n]},{n},{edge},{o}\n" for n, edge, o in rows)
     (project.folder() / "recordings.csv").write_text(head + body)
     code, out, _ = ajgdata("check", "d")
-    assert (code, out.count("\n")) == (3, 3)
+    assert (code, out.count("\n")) == (3, 4)
     problem = "edge_mm = 'wide' is not a finite number: no task of edge_mm uses it"
     assert out.startswith(f"warning bad_label s1/b: {problem}; ")
     spec_targets = library.load_dataset("d", project.root).spec.targets

@@ -1,0 +1,1 @@
+"""`ajgdata browse`: the recordings of a data set on a local page, to see, hear and correct them."""
