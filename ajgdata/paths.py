@@ -280,6 +280,7 @@ class Tree:
 
     README = "README.md"
     LICENCE = "LICENSE"
+    CITATION = "CITATION.cff"
     SUMS = "SHA256SUMS"
     CROISSANT = "croissant.json"
     DATAPACKAGE = "datapackage.json"
@@ -287,6 +288,8 @@ class Tree:
     TYPED_METADATA = "metadata.parquet"
     FEATURES = "features.nc"
     ARCHIVE = "audio.zip"
+    #: Archive of `sessions`, `figures` and `models` in a deposit, which has no folders.
+    FOLDERS = "folders.zip"
     DECLARATION = DATASET_FILE
     SPECTRA = "figures/spectra.png"
 

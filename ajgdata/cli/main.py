@@ -18,6 +18,7 @@ from ajgdata.cli.check import check
 from ajgdata.cli.compare import compare
 from ajgdata.cli.console import print_any_character, warn
 from ajgdata.cli.device import device, record
+from ajgdata.cli.diff import diff
 from ajgdata.cli.export import export, scene
 from ajgdata.cli.importing import import_command
 from ajgdata.cli.new import new, paper
@@ -48,7 +49,7 @@ app = typer.Typer(
 #: Commands by panel of the help text, in the order of the help text.
 PANELS = {
     "Start": (new, paper),
-    "Data": (import_command, record, simulate, check, browse, publish, fetch),
+    "Data": (import_command, record, simulate, check, browse, diff, publish, fetch),
     "Run": (run, train, status, report, compare, plan),
     "Use": (export, sense, sort),
     "Tools": (scene, doctor),

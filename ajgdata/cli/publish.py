@@ -49,7 +49,7 @@ def fetch(
     source: Annotated[
         str,
         typer.Argument(
-            metavar="NAME|URL|FOLDER",
+            metavar="NAME|ADDRESS|FOLDER",
             help="public recordings by name, or a published data set",
             autocompletion=source_names,
         ),
@@ -61,9 +61,9 @@ def fetch(
     """Download a published data set or a public recording collection.
 
     NAME has a file datasets/NAME/source.yaml in the project or in the package; its recordings are
-    cached outside the project. URL or FOLDER is a published data set. Every file is verified by its
-    hash. If the download is interrupted, run the command again to resume. Exit code 3 if recordings
-    are missing.
+    cached outside the project. ADDRESS or FOLDER is a published data set: https://…, doi:…,
+    hf:USER/NAME or a git repository. Every file is verified by its hash. If the download is
+    interrupted, run the command again to resume. Exit code 3 if recordings are missing.
     """
     from ajgdata.store.packaged_datasets import copy_public_dataset
 

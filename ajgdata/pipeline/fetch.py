@@ -35,8 +35,8 @@ from ajgdata.store.publishing.archive import (
     open_archive,
     read_checksums,
 )
-from ajgdata.store.publishing.download import download, is_web
 from ajgdata.store.publishing.format_version import check_published_format
+from ajgdata.store.remote.origins import Origin, origin_of
 from ajgdata.store.session_audio import check_session
 from ajgdata.store.sessions import inside, read_session
 from ajgdata.store.sources import bring, list_sources, read_source
@@ -46,6 +46,8 @@ from ajgdata.types.replaced_keys import microphone_of
 
 #: Files that are stored with the recordings, because the licence may require it.
 STORED_FILES = (Tree.README, Tree.LICENCE, Tree.SUMS)
+#: Other files that are stored if the data set has them: older versions of ajgdata wrote none.
+OPTIONAL_FILES = (Tree.CITATION,)
 #: Keys of dataset.yaml that are not taken over: they can start a program or name other files.
 NOT_TAKEN_OVER = ("recipe", "protocol", "imports")
 #: Files of a published session, with any suffix.
@@ -80,7 +82,7 @@ def fetch_source(paths: Paths, dataset: str) -> Imported:
 
 
 def fetch(paths: Paths, source: str, *, name: str = "") -> Fetched:
-    """Register the published data set at `source`, a folder or a web address.
+    """Register the published data set at `source`, a folder or an address (see `origin_of`).
 
     It gets the `name`, by default its own name. The same call resumes an interrupted download.
     Raises DataError, and changes nothing in the project, for a data set with an error, for a name
@@ -88,29 +90,29 @@ def fetch(paths: Paths, source: str, *, name: str = "") -> Fetched:
     """
     if name:
         checked_name(name)
-    if not is_web(source):
+    origin = origin_of(source)
+    if origin is None:
         return _register(paths, Tree(Path(source)), name)
-    address = source.removesuffix(Tree.SUMS)
     tree = Tree(paths.fetched / sha256_of(source.encode())[:16])
     with locked(tree.root, f"fetching {source}"):
-        download(address, tree.root, Tree.SUMS)
-        _download_package(address, tree)
+        origin.download(tree.root, Tree.SUMS)
+        _download_package(origin, tree)
         check_published_format(tree)
         hashes = _required(tree)
-        download(address, tree.root, Tree.DECLARATION, hashes[Tree.DECLARATION])
+        origin.download(tree.root, Tree.DECLARATION, hashes[Tree.DECLARATION])
         _check_free(paths, name or _config(tree)[0].name)
         for file in tracked(list(hashes), "fetching"):
-            download(address, tree.root, file, hashes[file])
+            origin.download(tree.root, file, hashes[file])
         result = _register(paths, tree, name)
         shutil.rmtree(tree.root, ignore_errors=True)
     return result
 
 
-def _download_package(address: str, tree: Tree) -> None:
+def _download_package(origin: Origin, tree: Tree) -> None:
     """Download datapackage.json, which states the version of the format; old folders lack it."""
     digest = read_checksums(tree / tree.SUMS).get(Tree.DATAPACKAGE)
     if digest:
-        download(address, tree.root, Tree.DATAPACKAGE, digest)
+        origin.download(tree.root, Tree.DATAPACKAGE, digest)
 
 
 def _register(paths: Paths, tree: Tree, name: str) -> Fetched:
@@ -120,7 +122,8 @@ def _register(paths: Paths, tree: Tree, name: str) -> Fetched:
         fix = f"name the folder or the web address of one, or public recordings ({known})"
         raise DataError(tree.root, f"has no {tree.SUMS}: not a published data set", fix)
     check_published_format(tree)
-    for file, expected in _required(tree).items():
+    hashes = _required(tree)
+    for file, expected in hashes.items():
         if file_sha256(tree / file) != expected:
             problem = f"its bytes are not those of {tree.SUMS} (sha256 differs)"
             raise DataError(tree / file, problem, "fetch or copy it again")
@@ -132,8 +135,9 @@ def _register(paths: Paths, tree: Tree, name: str) -> Fetched:
         with replacing_folder(paths.recordings(spec.name)) as folder:
             _unpack(tree, folder / "sessions")
             counts = [_check(session) for session in sorted((folder / "sessions").iterdir())]
-            for file in STORED_FILES:
-                copy(tree / file, folder / "published" / file)
+            for file in (*STORED_FILES, *OPTIONAL_FILES):
+                if file in hashes or file == Tree.SUMS:
+                    copy(tree / file, folder / "published" / file)
         # The last step: a data set without dataset.yaml is not registered.
         register_dataset(paths, spec, schema)
     return Fetched(spec.name, sum(counts), len(counts), removed, converted)
@@ -149,7 +153,7 @@ def _required(tree: Tree) -> dict[str, str]:
     return {
         name: digest
         for name, digest in hashes.items()
-        if name in required or name.startswith("sessions/")
+        if name in required or name in OPTIONAL_FILES or name.startswith("sessions/")
     }
 
 

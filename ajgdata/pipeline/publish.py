@@ -25,6 +25,7 @@ from ajgdata.store.lock import locked
 from ajgdata.store.provenance import commit_date, settings_digest, software
 from ajgdata.store.publishing import archive
 from ajgdata.store.publishing.about import About
+from ajgdata.store.publishing.citation import citation_bytes
 from ajgdata.store.publishing.croissant import croissant
 from ajgdata.store.publishing.datapackage import datapackage
 from ajgdata.store.publishing.table import FILE_NAME, PublishedTable, file_name, table_of
@@ -165,7 +166,7 @@ def _suffix(recording: Recording, path: Path) -> str:
 
 
 def _with_segment_files(tree: Tree, contents: _Contents) -> _Contents:
-    """Write each segment into a file, and return the content with the sha256 of these files.
+    """Write each segment into a file, and return the content with the sha256 of the new files.
 
     Raises DataError if the file of a segment changed since its features were computed.
     """
@@ -262,6 +263,7 @@ def _describe(
     hashes = {name: file_sha256(tree / name) for name in described}
     _write(tree, tree.CROISSANT, json_bytes(croissant(about, table, hashes, sizes)))
     _write(tree, tree.DATAPACKAGE, json_bytes(datapackage(about, table, hashes, sizes)))
+    _write(tree, tree.CITATION, citation_bytes(about))
     _write(tree, tree.LICENCE, card.licence_text(about).encode())
     facts = _provenance(spec, contents.store.attrs, grippers)
     text = card.render_card(about, about_data, table, sizes, facts, paths)

@@ -113,4 +113,6 @@ def _changed_keys(old: Tree, new: Tree, file: str) -> list[str]:
         for key in before.keys() | after.keys()
         if before.get(key) != after.get(key) and key not in _NOT_CONTENT
     )
+    if "doi" in keys and not before.get("doi"):  # a DOI does not change the content
+        keys.remove("doi")
     return [f"{', '.join(keys)} in {file}"] if keys else []

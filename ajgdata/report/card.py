@@ -33,6 +33,7 @@ FILES = (
     ("audio/", "the same, one file each"),
     ("sessions/", "of each session: description, recordings and the played sound, for ajgdata"),
     (Tree.DECLARATION, "targets, tasks and settings, for ajgdata"),
+    (Tree.CITATION, "citation, for GitHub and reference managers"),
     (Tree.CROISSANT, "description for machines: Croissant"),
     (Tree.DATAPACKAGE, "description for machines: Frictionless"),
     (Tree.SUMS, "SHA-256 of every file: sha256sum -c SHA256SUMS"),

@@ -47,7 +47,7 @@ from ajgdata.types.formats import DATASET_FORMAT, FORMAT_KEY, SESSION_FORMAT
 #: First line of dataset.yaml: an editor completes and explains its keys with this schema.
 SCHEMA_LINE = "# yaml-language-server: $schema=../dataset.schema.json"
 #: Keys that a data set with `from` does not take over from the other data set.
-NOT_INHERITED = ("tasks", "embeddings", "level")
+NOT_INHERITED = ("tasks", "embeddings", "level", "doi")
 #: Columns whose text is compared, as labels are.
 _TEXTS = ("grasp_id", "placement_id", "object", "quality")
 

@@ -6,29 +6,18 @@ byte below it, so a mirror (`url.<base>.insteadOf` of git) need not be trusted.
 
 from __future__ import annotations
 
-import os
-import shutil
-import subprocess
 from pathlib import Path
 
 from ajgdata.paths import SOURCE_FILE, Paths, public_recordings
 from ajgdata.store.files import read_model, write_if_changed
+from ajgdata.store.git import run_git
 from ajgdata.store.lock import locked
 from ajgdata.store.packaged_datasets import public_datasets
-from ajgdata.store.publishing.download import RUN_AGAIN
 from ajgdata.types import DataError, DatasetSource, GitPart
 
 #: Attributes with which git stores files unchanged: without conversion of line ends, and without
 #: filters of the user.
 _ATTRIBUTES = b"* -text !eol -ident -filter -working-tree-encoding\n"
-_SETTINGS = (
-    "core.autocrlf=false",
-    "core.symlinks=false",
-    "core.hooksPath=",
-    "gc.auto=0",
-    "http.lowSpeedLimit=1000",
-    "http.lowSpeedTime=30",
-)
 
 
 def list_sources(paths: Paths) -> list[str]:
@@ -80,26 +69,6 @@ def _check_out(objects: Path, folder: Path, part: GitPart) -> None:
 
 
 def _git(objects: Path, *words: str, may_fail: bool = False, **variables: str) -> str:
-    """Return the output of git about the repository `objects`.
-
-    Raises DataError with the message of git if it fails, except if it `may_fail`.
-    """
-    program = shutil.which("git")
-    if program is None:
-        fix = "install git, then run it again"
-        raise DataError("git", "is not installed, but downloads the recordings", fix)
-    settings = [word for setting in _SETTINGS for word in ("-c", setting)]
-    completed = subprocess.run(
-        [program, *settings, "--git-dir", str(objects), *words],
-        stdin=subprocess.DEVNULL,
-        capture_output=True,
-        encoding="utf-8",
-        errors="replace",
-        check=False,
-        env={**os.environ, "GIT_TERMINAL_PROMPT": "0", "LC_ALL": "C", **variables},
-        cwd=objects.parent,
-    )
-    if completed.returncode and not may_fail:
-        reason = " ".join(completed.stderr.split())[:400] or "it gives no reason"
-        raise DataError(objects, f"git failed ({reason})", f"correct the cause, then {RUN_AGAIN}")
-    return completed.stdout.strip()
+    """Return the output of git about the repository `objects`, see `run_git`."""
+    command = ("--git-dir", str(objects), *words)
+    return run_git(objects, *command, folder=objects.parent, may_fail=may_fail, **variables)

@@ -166,6 +166,11 @@ class DatasetSpec(Strict):
         "1.0.0", pattern=r"^\d+\.\d+\.\d+$", description="version of the published data set"
     )
     url: str = Field("", description="web address of the data set")
+    doi: str = Field(
+        "",
+        pattern=r"^(10\.\d{4,9}/\S+)?$",
+        description="DOI of the published data set, e.g. 10.5281/zenodo.1234567",
+    )
     audio: AudioSettings = Field(
         AudioSettings(), description="sample rate and channel of the recordings"
     )

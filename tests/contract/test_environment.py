@@ -105,5 +105,5 @@ def test_every_imported_package_is_declared():
     modules = imported("ajgdata") | imported("workflow")
     assert {"requests", "markupsafe", "numpy", "yaml"} <= set(modules)
     for module, path in modules.items():
-        names = {name.lower() for name in distributions.get(module, [module])}
+        names = {name.lower().replace("_", "-") for name in distributions.get(module, [module])}
         assert names & declared, f"{path} imports {module}: declare it in pyproject.toml"

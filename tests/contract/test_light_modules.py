@@ -77,8 +77,8 @@ LIGHT = {
     "store.variants",
 }
 #: Packages that are only imported inside functions, because few calls need them: torch, umap and
-#: matplotlib take seconds, sounddevice needs PortAudio, and av is optional.
-LATE = {"av", "onnxruntime", "torch", "umap", "matplotlib", "sounddevice"}
+#: matplotlib take seconds, sounddevice needs PortAudio, and av and huggingface_hub are optional.
+LATE = {"av", "huggingface_hub", "onnxruntime", "torch", "umap", "matplotlib", "sounddevice"}
 #: Parts of the package that import inside functions, with the reason.
 LATE_PARTS = {
     "cli": "`ajgdata --help` must answer at once, and each command needs other modules",

@@ -81,7 +81,12 @@ def test_sessions_and_sounds_come_back(world, tree, elsewhere):
         assert read_session(here) == read_session(there)
         assert (here / "excitation.wav").read_bytes() == (there / "excitation.wav").read_bytes()
     kept = elsewhere.paths.fetched_sums("d").parent
-    assert {p.name for p in kept.iterdir()} == {"README.md", "LICENSE", "SHA256SUMS"}
+    assert {p.name for p in kept.iterdir()} == {
+        "CITATION.cff",
+        "LICENSE",
+        "README.md",
+        "SHA256SUMS",
+    }
 
 
 def test_a_sound_file_keeps_its_checksum_and_passive_sessions_their_settings(tmp_path, elsewhere):

@@ -75,6 +75,36 @@ def test_the_card_says_what_was_left_out_and_is_no_html(world):
     assert "latex &lt;1&gt;" in body
 
 
+def test_a_doi_is_in_every_citation_and_changes_no_version(project, tmp_path):
+    out = tmp_path / "out"
+    published(project, out)
+    citation = yaml.safe_load((out / "CITATION.cff").read_text())
+    assert (citation["cff-version"], citation["type"]) == ("1.2.0", "dataset")
+    assert citation["authors"] == [{"name": "A. Nobody"}]
+    assert (citation["license"], citation["version"]) == ("CC0-1.0", "1.0.0")
+    assert "doi" not in citation
+    declared = yaml.safe_load(project.paths.dataset("d").read_text())
+    project.declare(**declared, doi="10.5281/zenodo.42")
+    published(project, out)  # the same version
+    address = "https://doi.org/10.5281/zenodo.42"
+    assert read_json(out / "croissant.json")["citeAs"].endswith(f". Data set. {address}")
+    assert read_json(out / "croissant.json")["url"] == address
+    assert read_json(out / "datapackage.json")["id"] == address
+    assert yaml.safe_load((out / "CITATION.cff").read_text())["doi"] == "10.5281/zenodo.42"
+    card = (out / "README.md").read_text()
+    assert f"DOI: <{address}>" in card
+    assert card.rstrip().endswith(address)
+    assert yaml.safe_load((out / "dataset.yaml").read_text())["doi"] == "10.5281/zenodo.42"
+    project.declare(**declared, doi="10.5281/zenodo.43")
+    with pytest.raises(DataError, match=r"with other content: doi in dataset.yaml"):
+        published(project, out)
+
+
+def test_a_doi_is_not_an_address():
+    with pytest.raises(ValueError, match="doi"):
+        DatasetSpec.model_validate({"name": "d", "doi": "https://doi.org/10.5281/zenodo.42"})
+
+
 def test_settings_of_a_robot_stay_at_home():
     arm = {"command": ["arm", "--token", "secret"]}
     protocol = {"objects": [{"name": "cube"}], "robot": arm}

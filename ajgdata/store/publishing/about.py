@@ -78,10 +78,18 @@ class About:
         return ["acoustic sensing", *gripper, self.source]
 
     @property
+    def doi_url(self) -> str:
+        """Address of the DOI; empty without a DOI."""
+        return f"https://doi.org/{self.spec.doi}" if self.spec.doi else ""
+
+    @property
     def reference(self) -> str:
-        """Citation on one line."""
-        if self.spec.citation:
-            return self.spec.citation
-        names = ", ".join(self.authors)
-        year = f" ({self.date[:4]})" if self.date else ""
-        return f"{names}{year}. {self.title}, version {self.spec.version}. Data set."
+        """Citation on one line, with the DOI."""
+        text = self.spec.citation
+        if not text:
+            names = ", ".join(self.authors)
+            year = f" ({self.date[:4]})" if self.date else ""
+            text = f"{names}{year}. {self.title}, version {self.spec.version}. Data set."
+        if self.spec.doi and self.spec.doi not in text:
+            text = f"{text} {self.doi_url}"
+        return text

@@ -45,7 +45,7 @@ def croissant(
         in_language=["en"],
         keywords=about.keywords,
         license=[about.licence_url or about.spec.licence],
-        url=about.spec.url or "https://arxiv.org/abs/2603.00351",
+        url=about.spec.url or about.doi_url or "https://arxiv.org/abs/2603.00351",
         version=about.spec.version,
         distribution=_distribution(table, hashes, sizes),
         record_sets=[_recordings(table), _audio()],

@@ -58,6 +58,8 @@ def datapackage(
     )
     document: dict[str, Any] = package.to_descriptor()
     document["resources"][0]["dialect"] = {"csv": _CSV_DIALECT}
+    if about.doi_url:
+        document["id"] = about.doi_url
     document[PACKAGE_KEY] = PUBLISHED_FORMAT.version
     return document
 
