@@ -12,7 +12,7 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
-from ajgdata.experiments.division import TOGETHER, MeasuredPart
+from ajgdata.experiments.division import TOGETHER, ByModel, MeasuredPart
 from ajgdata.experiments.registry import EXPERIMENTS
 from ajgdata.experiments.spec import ExperimentSpec
 from ajgdata.store.files import line_of
@@ -88,6 +88,13 @@ class Request:
     def other_tasks(self) -> tuple[str, ...]:
         """Return the other tasks of the data set whose settings it needs."""
         return tuple(getattr(self.settings, "other_tasks", ()))
+
+    @property
+    def models(self) -> tuple[str, ...] | None:
+        """Return the models that its parts are, or None if its parts are no models."""
+        if not isinstance(self.experiment.division, ByModel):
+            return None
+        return tuple(self.part_names)
 
     def label(self, part: MeasuredPart, kind: Kind) -> str:
         """Return the name of a part for people; "" if everything is measured together."""

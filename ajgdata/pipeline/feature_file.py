@@ -20,6 +20,7 @@ from ajgdata.pipeline.recordings import examine, finding, no_feature, played_sam
 from ajgdata.pipeline.session_levels import level_issues
 from ajgdata.pipeline.similar_sounds import without_equal_sounds
 from ajgdata.pipeline.table_rows import examine_row, without_equal_rows
+from ajgdata.store import ffmpeg
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.features import FeatureRows, read_store, text_column, write_store
 from ajgdata.store.files import sha256_of
@@ -58,6 +59,7 @@ from ajgdata.types import (
     Target,
     left_out,
 )
+from ajgdata.types.extras import installed_version
 from ajgdata.types.session import SIMULATED_SOURCES
 
 SETTINGS_ATTRIBUTE = "settings_digest"
@@ -82,13 +84,24 @@ class Previous:
     """The last feature file.
 
     `rows` are by session, then by recording_id and sound_id. `tables` has the digest of the tables
-    of each session.
+    of each session, and `decoder` the version of the package that contains FFmpeg.
     """
 
     rows: dict[str, dict[tuple[str, str], RecordingRow]] = field(
         default_factory=lambda: defaultdict(dict)
     )
     tables: dict[str, str] = field(default_factory=dict)
+    decoder: str = ""
+
+    def has(self, session: str, file: AudioFile) -> bool:
+        """Return whether the file is a row that can be used again.
+
+        Another version of FFmpeg may decode other samples.
+        """
+        if (file.recording_id, file.sound_id) not in self.rows[session]:
+            return False
+        is_ffmpeg_file = file.path.suffix.lower() in ffmpeg.SUFFIXES
+        return not is_ffmpeg_file or self.decoder == installed_version(ffmpeg.PACKAGE)
 
     def trusted(self, session: str, tables: str) -> dict[str, str]:
         """Return the stored sha256 of the recordings of a session, by recording_id.
@@ -166,6 +179,7 @@ def build_feature_file(
     content = FeatureHashes(
         tables=digests,
         parameter=tuple(tables),
+        decoder=installed_version(ffmpeg.PACKAGE),
         settings=feature_settings(audio, features, targets),
         code=code,
         features=file_sha256(store),
@@ -206,7 +220,7 @@ def _parts(
             session = check_session(folder, previous.trusted(name, tables))
             checked.append(session)
             for file in _used_files(session):
-                if (file.recording_id, file.sound_id) not in previous.rows[name]:
+                if not previous.has(name, file):
                     yield name, file
 
     compute = partial(_named_row, computer=computer)
@@ -361,6 +375,7 @@ def _previous(path: Path, quarantine: Path, hashes: Path, digest: str) -> Previo
     for issue in issues:
         issues_of[f"{issue.session_id}/{issue.recording_id}"].append(issue)
     previous.tables.update(recorded.tables)
+    previous.decoder = recorded.decoder
     keys = ("recording", "session_id", "sha256", "flags", CHANNEL_LEVELS)
     texts = zip(*(table.columns[key].values.tolist() for key in keys), strict=True)
     rows = zip(table.feature, sound_ids(table), texts, strict=True)

@@ -20,7 +20,7 @@ from ajgdata.store.files import read_yaml, sha256_of
 from ajgdata.store.syntax import deciding_tree, defined_names, used_statements
 from ajgdata.types.extras import installed_version
 from ajgdata.types.features import OWN_FEATURES, SHIPPED, FeatureKind, FeatureSettings
-from ajgdata.types.registry import OWN_MODELS
+from ajgdata.types.registry import MODELS, OWN_MODELS
 
 _SPECTRUM_SETTINGS = ("types/features.py:ALL_HZ,FeatureKind,FeatureSettings,ShortTime",)
 #: Session -> its table and files -> samples, issues and spectra.
@@ -275,10 +275,13 @@ EXPERIMENTS_PACKAGE = "experiments"
 NUMERICAL = ("numpy", "scipy", "soundfile")
 #: The library whose version can also change simulations.
 SIMULATING = "numba"
-#: Libraries whose versions can also change results of models; umap-learn computes with numba.
-LEARNING = ("numba", "scikit-learn", "torch", "umap-learn")
-#: Types of jobs that simulate, without models.
-SIMULATIONS = ("gripper", "acquire", "study")
+#: The library whose version can also change results of all models, and that of networks.
+LEARNING = "scikit-learn"
+NETWORKS = "torch"
+#: Libraries whose versions can also change embeddings; umap-learn computes with numba.
+EMBEDDING = ("numba", "torch", "umap-learn")
+#: Types of jobs that simulate.
+SIMULATIONS = ("gripper", "acquire", "study", "experiment on rendered sounds")
 #: Types of jobs without models.
 WITHOUT_MODELS = ("gripper", "features", "sample", "acquire", "study", "collect", "publish")
 
@@ -327,25 +330,37 @@ def sources(job_type: str) -> Iterator[CodeSource]:
 
 
 @functools.cache
-def code_hash(job_type: str, *added: CodeSource) -> str:
+def code_hash(job_type: str, *added: CodeSource, models: tuple[str, ...] | None = None) -> str:
     """Return the hash of the code of a type of job, and of the versions of its libraries.
 
     A rule has it as a parameter, so that its results are computed again if it changes. `added` are
     further sources. Models and features of other packages count as a whole. A library of an extra
-    that is not installed has the version "".
+    that is not installed has the version "". `models` are all models of the job, so that libraries
+    of other models do not count; None if the job can have any model, or an embedding.
     """
     own = [*sources(job_type), *added]
     libraries = list(NUMERICAL)
     if job_type in SIMULATIONS:
         libraries.append(SIMULATING)
     if job_type not in WITHOUT_MODELS:
-        libraries += LEARNING
+        libraries += [LEARNING, *_libraries_of(models)]
         own += [CodeSource(file) for file in _own_files([*OWN_MODELS, *OWN_FEATURES])]
     content = {
         "sources": sorted({f"{s.place}:{','.join(s.names)} {_digest(s)}" for s in own}),
         "libraries": {name: installed_version(name) for name in libraries},
     }
     return sha256_of(json.dumps(content, sort_keys=True).encode())[:16]
+
+
+def _libraries_of(models: tuple[str, ...] | None) -> tuple[str, ...]:
+    """Return the libraries that `models` need in addition to scikit-learn.
+
+    Models of other packages may need any library.
+    """
+    own = {point.name for point in OWN_MODELS}
+    if models is None or any(name in own or name not in MODELS for name in models):
+        return EMBEDDING
+    return (NETWORKS,) if any(MODELS[name].extra for name in models) else ()
 
 
 def features_code(features: FeatureKind) -> str:

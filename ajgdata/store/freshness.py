@@ -13,6 +13,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from ajgdata.paths import RECORDINGS_FILE, SESSION_FILE, Paths
+from ajgdata.store import ffmpeg
 from ajgdata.store.code_hash import features_code
 from ajgdata.store.files import json_bytes, read_csv, read_json, read_yaml, sha256_of, write_bytes
 from ajgdata.store.provenance import settings_digest
@@ -32,6 +33,7 @@ from ajgdata.types import (
     Strict,
     Target,
 )
+from ajgdata.types.extras import installed_version
 from ajgdata.types.formats import FORMAT_KEY, SESSION_FORMAT
 
 
@@ -42,6 +44,8 @@ class FeatureHashes(Strict):
     tables: dict[str, str]
     #: Parameter of the job that computed the features, see `run_tables`.
     parameter: tuple[str, ...] = ()
+    #: Version of the package that contains FFmpeg; "" if it is not installed.
+    decoder: str = ""
     #: Digest of each key of dataset.yaml, see `feature_settings`.
     settings: dict[str, str]
     code: str
@@ -84,12 +88,12 @@ def tables_digest(folder: Path) -> str:
 
     The digest depends on the values, but not on quotes, line ends, comments or the order of
     columns. It depends on the column `sha256`, because an accepted hash means other samples. For a
-    file that is not valid YAML or CSV, it depends on the bytes. Raises DataError for a file that
-    cannot be read.
+    file that is not valid YAML or CSV, it depends on the bytes. If FFmpeg decodes a recording, it
+    depends on the version of FFmpeg. Raises DataError for a file that cannot be read.
     """
     contents = [
         _content(folder / SESSION_FILE, _session_values),
-        _content(folder / RECORDINGS_FILE, lambda path: read_csv(path)[1]),
+        _content(folder / RECORDINGS_FILE, _recordings_values),
     ]
     return sha256_of("\n".join(contents).encode()) if any(contents) else ""
 
@@ -101,6 +105,14 @@ def _session_values(path: Path) -> dict[str, Any]:
     if values.get(FORMAT_KEY) == SESSION_FORMAT.unstated:
         del values[FORMAT_KEY]
     return values
+
+
+def _recordings_values(path: Path) -> Any:
+    """Return the rows of recordings.csv, with the version of FFmpeg if it decodes a recording."""
+    rows = read_csv(path)[1]
+    if any(row.get("file", "").lower().endswith(ffmpeg.SUFFIXES) for row in rows):
+        return {"rows": rows, "decoder": installed_version(ffmpeg.PACKAGE)}
+    return rows
 
 
 def _content(path: Path, parse: Callable[[Path], Any]) -> str:

@@ -118,10 +118,31 @@ def test_a_version_of_a_library_concerns_the_jobs_that_use_it(package, monkeypat
         newer = lambda name: "99.0" if name == library else real(name)  # noqa: E731
         monkeypatch.setattr(module, "installed_version", newer)
 
-    unchanged = set(module.WITHOUT_MODELS) if library in module.LEARNING else set()
+    learning = (module.LEARNING, *module.EMBEDDING)
+    unchanged = set(module.WITHOUT_MODELS) if library in learning else set()
     if library == "numba":
         unchanged = {"features", "sample", "collect", "publish"}
     assert changed_types(upgrade) == set(CODE) - unchanged
+
+
+@pytest.mark.parametrize(
+    ("models", "decides"),
+    [
+        (("knn", "linear"), False),
+        (("knn", "cnn"), True),
+        (("model_of_another_package",), True),
+        (None, True),
+    ],
+)
+def test_torch_decides_only_for_jobs_with_networks(package, monkeypatch, models, decides):
+    """The installation of torch computes the results of the other models again otherwise."""
+    real = module.installed_version
+    before = code_hash("experiment", models=models), code_hash("train", models=models)
+    newer = lambda name: "99.0" if name == "torch" else real(name)  # noqa: E731
+    monkeypatch.setattr(module, "installed_version", newer)
+    forget()
+    after = code_hash("experiment", models=models), code_hash("train", models=models)
+    assert [old != new for old, new in zip(before, after, strict=True)] == [decides, decides]
 
 
 def test_a_copy_of_the_package_has_the_same_hash(package, tmp_path, monkeypatch):

@@ -5,9 +5,11 @@ import sys
 
 import numpy as np
 import pytest
+import soundfile as sf
 
 from ajgdata.store import ffmpeg
 from ajgdata.store.audio import AudioError, inspect_audio, read_audio
+from ajgdata.store.freshness import tables_digest
 from ajgdata.types import AudioSettings, DataError, Segment, extras
 
 av = pytest.importorskip("av", reason="the extra audio is not installed")
@@ -118,3 +120,27 @@ def test_a_missing_package_is_one_line_with_the_command(tmp_path, monkeypatch):
         read_audio(path, ANY)
     assert error.value.problem == "av is not installed"
     assert error.value.fix == 'run `pip install "ajgdata[audio]"`'
+
+
+def test_another_version_of_ffmpeg_computes_only_its_files_again(project, monkeypatch):
+    settings = AudioSettings(sample_rate_hz=RATE_HZ)
+    rows = project.session("s1", {"a": 500.0, "b": 600.0})
+    audio_folder = project.folder() / "audio"
+    sf.write(audio_folder / "a.wav", chirp(), RATE_HZ)
+    (audio_folder / "b.m4a").write_bytes(encoded(chirp()))
+    files = {"a": "audio/a.wav", "b": "audio/b.m4a"}
+    rows = [row.model_copy(update={"file": files[row.recording_id], "sha256": ""}) for row in rows]
+    project.write(rows)
+    folder = project.folder()
+    assert project.build("s1", audio=settings) == (2, 0)
+    assert project.build("s1", audio=settings) == (0, 2)
+    before = tables_digest(folder)
+    for module in ("ajgdata.pipeline.feature_file", "ajgdata.store.freshness"):
+        monkeypatch.setattr(f"{module}.installed_version", lambda package: "99.0")
+    assert tables_digest(folder) != before
+    assert project.build("s1", audio=settings) == (1, 1)
+    assert project.build("s1", audio=settings) == (0, 2)
+    project.write(rows[:1])
+    without = tables_digest(folder)
+    monkeypatch.undo()
+    assert tables_digest(folder) == without

@@ -108,7 +108,8 @@ def noise_sets(wildcards):
 def training_code(wildcards):
     """Return the hash of the code of a final model, which depends on copies of recordings."""
     augment = SPECS[wildcards.dataset].tasks[wildcards.task].augment
-    return code_hash("train with copies" if augment else "train")
+    job_type = "train with copies" if augment else "train"
+    return code_hash(job_type, models=(wildcards.model,))
 
 
 def equal_model(wildcards):
@@ -151,7 +152,11 @@ def embedding_settings(wildcards):
 def experiment_code(wildcards):
     """Return the hash of the code of an experiment."""
     request = requested(wildcards)
-    return code_hash(request.job_type, *measuring_half(request.experiment.name))
+    return code_hash(
+        request.job_type,
+        *measuring_half(request.experiment.name),
+        models=request.models,
+    )
 
 
 def report_code(wildcards):
