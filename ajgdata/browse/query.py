@@ -150,16 +150,6 @@ operator='>', value='0.9')]
     return conditions
 
 
-def condition(column: str, value: str) -> str:
-    """Return the word of a filter for cells that are `value`.
-
-    >>> condition("label", "foam brick")
-    'label="foam brick"'
-    """
-    has_space = not value or any(character.isspace() for character in value)
-    return f'{column}="{value}"' if has_space else f"{column}={value}"
-
-
 def matching(columns: Mapping[str, Column], text: str, count: int) -> np.ndarray:
     """Return which of `count` recordings match a filter, (count,).
 

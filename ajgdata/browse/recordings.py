@@ -33,17 +33,19 @@ from ajgdata.types import (
 
 #: Largest number of recordings that are checked if no run has listed their issues.
 MAX_CHECKED = 2_000
+_NO_WAVEFORM = "the data set is a table of features without recordings"
 #: Files of a session whose change is seen at the next look at the page.
 _TABLES = (RECORDINGS_FILE, SESSION_FILE, "changes.jsonl")
 
 
 @dataclass(frozen=True)
 class AudioPart:
-    """The file of a recording and the part that is the recording; `path` is None if the table does
-    not name a usable file."""
+    """The file of a recording and the part that is the recording; `path` is None without a usable
+    file, for the reason `without`."""
 
     path: Path | None
     segment: Segment = WHOLE_FILE
+    without: str = "its row in the table is not usable"
 
 
 @dataclass(frozen=True)
@@ -188,6 +190,9 @@ def read_session_rows(folder: Path) -> SessionRows:
     rows = [row | {"session_id": name} for row in label_rows(session, recordings)]
     sounds = []
     for recording in recordings:
+        if recording.table_row is not None:
+            sounds.append(AudioPart(None, without=_NO_WAVEFORM))
+            continue
         try:
             sounds.append(AudioPart(audio_path(folder, session, recording), recording.segment))
         except DataError as error:

@@ -36,6 +36,7 @@ from ajgdata.browse.sounds import (
 )
 from ajgdata.browse.table import cells, label_texts, table_columns, with_feature_columns
 from ajgdata.paths import Paths
+from ajgdata.store.feature_array import COLUMN, FREQUENCY
 from ajgdata.store.features import read_store
 from ajgdata.store.sessions import read_dataset
 from ajgdata.types import WHOLE, WHOLE_FILE, DataError, Session
@@ -298,10 +299,13 @@ class View:
             "problem": "",
             **self._row(snapshot, self.columns(choice, plane), number),
         }
-        try:
-            content["sound"] = _sound(self._channel(snapshot, name, channel))
-        except DataError as error:
-            content["problem"] = f"{error.problem}; {error.fix}"
+        if recordings.sounds[number].path is None:
+            content["problem"] = recordings.sounds[number].without
+        else:
+            try:
+                content["sound"] = _sound(self._channel(snapshot, name, channel))
+            except DataError as error:
+                content["problem"] = f"{error.problem}; {error.fix}"
         content["spectrum"] = self._spectrum(snapshot, self._choice(choice).task, name)
         return content
 
@@ -330,11 +334,11 @@ class View:
             "note": "",
             "axis": axis.name,
             "unit": axis.attrs.get("units", ""),
-            "x": _plain(axis.values),
+            "x": _plain(np.arange(len(axis.values)) if axis.name == COLUMN else axis.values),
             "lines": [
                 {"role": role, "title": title, "y": _plain(values)} for role, title, values in lines
             ],
-            "is_positive": bool(compared.own.min() >= 0),
+            "is_positive": axis.name == FREQUENCY and bool(compared.own.min() >= 0),
         }
 
     def sound(self, name: str, channel: int) -> bytes:
@@ -353,7 +357,7 @@ class View:
         """Return a channel of a recording. Raises DataError if it cannot be read."""
         sound = snapshot.recordings.sounds[self._number(snapshot, name)]
         if sound.path is None:
-            raise DataError(name, "has no sound file", "read the issues of the recording")
+            raise DataError(name, sound.without, "choose another recording")
         return read_channel(sound.path, sound.segment, channel)
 
     def _number(self, snapshot: Snapshot, name: str) -> int:

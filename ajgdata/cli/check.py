@@ -24,7 +24,7 @@ from ajgdata.types import (
     issue_counts,
     many,
 )
-from ajgdata.types.shell import shell_command
+from ajgdata.types.browse_command import browse_command, filter_word
 
 if TYPE_CHECKING:
     from ajgdata.pipeline.accept import Accepted, NotAccepted
@@ -205,5 +205,5 @@ def print_browse_commands(issues: Sequence[tuple[str, Finding]]) -> None:
     """
     codes = dict.fromkeys((name, issue.code) for name, issue in issues if is_of_recording(issue))
     for name, code in codes:
-        words = ["ajgdata", "browse", name, "--check", "--filter", f"issue={code}"]
-        say(f"see and hear: {escape(shell_command(words))}")
+        command = browse_command(name, [filter_word("issue", code)], is_checked=True)
+        say(f"see and hear: {escape(command)}")

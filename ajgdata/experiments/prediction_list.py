@@ -15,6 +15,7 @@ from ajgdata.report.predictions import (
     MatrixRow,
     PredictionList,
 )
+from ajgdata.types.browse_command import browse_command, filter_word
 
 #: Longest list of wrong predictions, the most certain of which are listed.
 MAX_WRONG = 200
@@ -64,8 +65,9 @@ def _classes(model: ModelResult, link: Callable[[str], str]) -> PredictionList:
     note = "Each class also has its most certain correct prediction, for comparison."
     if len(wrong) > MAX_WRONG:
         note = f"The {MAX_WRONG} most certain wrong predictions are listed. {note}"
+    command = _command(model, [filter_word("wrong", "yes")], "-confidence")
     if len(classes) > MAX_CLASSES:
-        return PredictionList(name, title, note, "Probability", rows)
+        return PredictionList(name, title, note, "Probability", command, rows)
     listed = {row.pair for row in rows}
     matrix = []
     for own in classes:
@@ -74,9 +76,13 @@ def _classes(model: ModelResult, link: Callable[[str], str]) -> PredictionList:
             count = int(np.sum((true == own) & (predicted == other)))
             anchor = _anchor(name, classes, own, other)
             link_target = anchor if anchor in listed else ""
-            cells.append(MatrixCell(str(count or ""), link_target, own == other))
+            words = [filter_word("label", own), filter_word("predicted", other)]
+            cell_command = _command(model, words) if count else ""
+            cells.append(MatrixCell(str(count or ""), link_target, own == other, cell_command))
         matrix.append(MatrixRow(own, tuple(cells)))
-    return PredictionList(name, title, note, "Probability", rows, tuple(classes), tuple(matrix))
+    return PredictionList(
+        name, title, note, "Probability", command, rows, tuple(classes), tuple(matrix)
+    )
 
 
 def _clearest(true: np.ndarray, predicted: np.ndarray, probability: np.ndarray) -> list[int]:
@@ -111,7 +117,13 @@ def _numbers(model: ModelResult, link: Callable[[str], str]) -> PredictionList:
         for index in largest
     )
     title = f"The {len(rows)} largest errors of {len(true)} predictions ({model.label})"
-    return PredictionList(name, title, "", "Error", rows)
+    return PredictionList(name, title, "", "Error", _command(model, [], "-error"), rows)
+
+
+def _command(model: ModelResult, words: Sequence[str], sort: str = "") -> str:
+    """Return the command that shows recordings with the predictions of a model."""
+    predictions = f"{model.task.task}/{model.result.model}"
+    return browse_command(model.task.dataset, words, predictions=predictions, sort=sort)
 
 
 def _name(model: ModelResult) -> str:

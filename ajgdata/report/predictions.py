@@ -22,11 +22,15 @@ class ListedPrediction(NamedTuple):
 
 
 class MatrixCell(NamedTuple):
-    """A cell of a matrix of classes: a number of predictions, and the anchor of listed ones."""
+    """A cell of a matrix of classes: a number of predictions, and the anchor of listed ones.
+
+    `command` shows all recordings of the cell; it is "" without recordings.
+    """
 
     text: str
     anchor: str
     is_correct: bool
+    command: str
 
 
 class MatrixRow(NamedTuple):
@@ -40,13 +44,15 @@ class PredictionList(NamedTuple):
     """Predictions of one model on the held-out grasps of a task.
 
     `name` is the anchor of the list, and `classes` are the titles of the columns of the `matrix`;
-    both are empty for numbers. `certainty_title` is the title of the last column.
+    both are empty for numbers. `certainty_title` is the title of the last column. `command` shows
+    all wrong predictions, or all predictions of numbers.
     """
 
     name: str
     title: str
     note: str
     certainty_title: str
+    command: str
     rows: tuple[ListedPrediction, ...]
     classes: tuple[str, ...] = ()
     matrix: tuple[MatrixRow, ...] = ()

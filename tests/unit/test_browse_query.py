@@ -1,5 +1,7 @@
 """Filters and orders of recordings: which rows they give, and what is wrong in one line."""
 
+import shlex
+
 import numpy as np
 import pytest
 
@@ -7,12 +9,12 @@ from ajgdata.browse.query import (
     Condition,
     NumberColumn,
     TextColumn,
-    condition,
     matching,
     ordered,
     parse_filter,
 )
 from ajgdata.types import DataError
+from ajgdata.types.browse_command import browse_command, filter_word
 
 COLUMNS = {
     "label": TextColumn(["wood", "Foam brick", "metal", ""]),
@@ -96,4 +98,16 @@ def test_a_wrong_order_names_the_columns():
 
 @pytest.mark.parametrize("value", ["wood", "foam brick", "", "#1", "it's", "a\\b", "a=b"])
 def test_a_written_condition_is_read_again(value):
-    assert parse_filter(condition("label", value)) == [Condition("label", "=", value)]
+    assert parse_filter(filter_word("label", value)) == [Condition("label", "=", value)]
+
+
+def test_the_command_of_a_cell_has_its_filter_as_one_argument():
+    words = [filter_word("label", "foam brick"), filter_word("predicted", "wood")]
+    command = browse_command("ycb", words, predictions="object/cnn", sort="-confidence")
+    *front, given, sort = shlex.split(command)
+    assert front == ["ajgdata", "browse", "ycb", "--predictions", "object/cnn", "--filter"]
+    assert sort == "--sort=-confidence"
+    assert parse_filter(given) == [
+        Condition("label", "=", "foam brick"),
+        Condition("predicted", "=", "wood"),
+    ]

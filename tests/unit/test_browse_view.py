@@ -1,5 +1,6 @@
 """What the page shows of a data set, before and after a run, and that nothing is changed."""
 
+import csv
 import http.client
 import io
 import json
@@ -8,10 +9,13 @@ from urllib.parse import quote
 import numpy as np
 import pytest
 import soundfile
+from recorded import make_features
 from worlds import RATE_HZ, tone, write_tone
 
 from ajgdata.browse.site import browsing
 from ajgdata.browse.view import View
+from ajgdata.paths import Paths
+from ajgdata.pipeline.table_import import import_table
 from ajgdata.store.tables import write_measurements
 from ajgdata.types import DataError, Recording
 from ajgdata.types.table import table_of
@@ -229,3 +233,22 @@ def test_the_command_refuses_a_wrong_filter(ajgdata, predicted):
     assert code == 1
     assert error.startswith("error --filter: there is no column 'labl'")
     assert ajgdata("browse", "nothing")[0] == 1
+
+
+def test_a_table_of_features_has_no_sound(tmp_path):
+    values = np.random.default_rng(0).normal(size=(12, 4))
+    labels = ["metal", "wood"] * 6
+    rows = [[*row, label] for row, label in zip(values.tolist(), labels, strict=True)]
+    with (tmp_path / "day.csv").open("w", newline="") as file:
+        csv.writer(file).writerows([["a", "b", "c", "d", "material_label"], *rows])
+    (tmp_path / "datasets").mkdir()
+    paths = Paths(tmp_path)
+    import_table(paths, "finger", tmp_path / "day.csv")
+    make_features(paths, "finger")
+    view = View(paths, "finger")
+    name = view.rows("", "", [0])["rows"][0]["cells"]["recording"]
+    shown = view.recording("", "", name)
+    assert shown["sound"] is None
+    assert shown["problem"] == "the data set is a table of features without recordings"
+    assert shown["spectrum"]["x"] == [0, 1, 2, 3] and not shown["spectrum"]["is_positive"]
+    assert column(view, "label")[:2] == ["metal", "wood"]

@@ -1,5 +1,7 @@
 """Predictions that a page lists with their sounds: 10 stones, and 12 sizes."""
 
+import shlex
+
 import numpy as np
 from result_samples import CLASSES, kinds, sizes
 
@@ -24,6 +26,9 @@ def test_each_number_of_the_matrix_leads_to_its_recordings():
     (of_basalt,) = [row for row in listed.rows if row.recording == "r3"]
     assert of_basalt.link == "" and of_basalt.pair == listed.matrix[0].cells[1].anchor
     assert listed.anchors[of_basalt.pair] == "r3"
+    filter_text = f"label={CLASSES[0]} predicted={CLASSES[1]}"
+    assert shlex.split(listed.matrix[0].cells[1].command)[-1] == filter_text
+    assert listed.command.endswith("--sort=-confidence") and "wrong=yes" in listed.command
     # One correct prediction of each class is listed for comparison.
     assert sorted(row.true for row in listed.rows if not row.is_wrong) == sorted(CLASSES)
 
