@@ -16,7 +16,8 @@ Everything that could favour a feature was fixed before the first score was comp
   feature that more than a tenth of the recordings lack is not possible for the data set. A
   recording that lacks another feature is left out.
 
-The features of a recording are computed in turn, so that other programs slow down all of them.
+The features of a recording are computed in turn, so that other programs slow down all of them. Each
+feature is the first one equally often, because the first one brings the samples into the cache.
 """
 
 from __future__ import annotations
@@ -142,10 +143,10 @@ def feature_table(project: Path, name: str) -> FeatureTable:
     with threadpool_limits(limits=1):
         for row, session in enumerate(recordings["session_id"].values):
             samples = recordings["waveform"][row].values[: int(recordings["frames"][row])]
-            for kind, computer in computers.items():
+            for kind in rotated(list(computers), row):
                 start = time.process_time()
                 try:
-                    values[kind].append(computer(samples, played[session]).values.ravel())
+                    values[kind].append(computers[kind](samples, played[session]).values.ravel())
                 except ValueError:
                     values[kind].append(None)
                 seconds[kind].append(time.process_time() - start)
@@ -163,6 +164,17 @@ def feature_table(project: Path, name: str) -> FeatureTable:
         left_out=count - int(used.sum()),
         source=recordings.attrs["source"],
     )
+
+
+def rotated(names: list[str], places: int) -> list[str]:
+    """Return names in the same order, but with another first name.
+
+    >>> from benchmarks.feature_scores import rotated
+    >>> rotated(["a", "b", "c"], 4)
+    ['b', 'c', 'a']
+    """
+    first = places % len(names)
+    return [*names[first:], *names[:first]]
 
 
 def played_sounds(
@@ -323,21 +335,21 @@ def main() -> None:
     parser.add_argument("project", type=Path)
     parser.add_argument("--only", nargs="+", choices=names, default=names, metavar="DATASET")
     parser.add_argument("--results", type=Path, default=RESULTS)
+    parser.add_argument("--costs", action="store_true", help="measure the costs, keep all scores")
     arguments = parser.parse_args()
     results: dict[str, Any] = {"scores": [], "costs": []}
     if arguments.results.is_file():
         results = json.loads(arguments.results.read_text(encoding="utf-8"))
     for name in arguments.only:
         start = time.perf_counter()
-        scores = []
-        for evaluation in EVALUATIONS:
-            if evaluation.dataset == name:
-                scores += evaluated(arguments.project, evaluation)
+        if not arguments.costs:
+            scores = without(results["scores"], name)
+            for evaluation in EVALUATIONS:
+                if evaluation.dataset == name:
+                    scores += evaluated(arguments.project, evaluation)
+            results["scores"] = scores
         cost = costs(name, feature_table(arguments.project, name))
-        results = {
-            "scores": [*without(results["scores"], name), *scores],
-            "costs": [*without(results["costs"], name), cost],
-        }
+        results["costs"] = [*without(results["costs"], name), cost]
         text = json.dumps(results, indent=1, ensure_ascii=False) + "\n"
         write_if_changed(arguments.results, text.encode())
         print(f"{name}: {time.perf_counter() - start:.0f} s", flush=True)

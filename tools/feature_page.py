@@ -26,6 +26,8 @@ DOCS = Path(__file__).resolve().parents[1] / "docs"
 PAGE = DOCS / "which-feature.md"
 RESULTS = DOCS / "which-feature.json"
 FIGURE = DOCS / "images" / "which-feature.svg"
+#: Title of the figure, and of the page.
+TITLE = "No feature is significantly better than the spectrum"
 #: The feature with which the others are compared.
 REFERENCE = "spectrum"
 FEATURES = (REFERENCE, "spectrogram", "mel", "transfer_function")
@@ -49,9 +51,9 @@ TARGETS = {
     ("size", "edge_mm"): ("edge", "mm"),
     ("ycb", "object"): ("object", "%"),
 }
-#: What is held out, by column of the groups.
+#: What is held out, by column of the groups. Recordings of other laboratories have no grasps.
 HELD_OUT = {
-    "grasp_id": "grasps",
+    "grasp_id": "recordings",
     "session_id": "sessions",
     "sample_name": "stones",
     "fold": "published folds",
@@ -94,7 +96,9 @@ class Family(NamedTuple):
     @property
     def name(self) -> str:
         """Return the name of the family in the table."""
-        held_out = "sessions, grippers, noise" if self.is_new_condition else "grasps, stones, clips"
+        held_out = (
+            "sessions, grippers, noise" if self.is_new_condition else "recordings, stones, grasps"
+        )
         return f"*{self.source}*, {held_out}"
 
     def has(self, row: dict[str, Any]) -> bool:
@@ -235,7 +239,7 @@ def score_table(results: dict[str, Any]) -> str:
         name = f"{row['dataset']}, {target}"
         if row["source"] == "simulated":
             name += " (*simulated*)"
-        held_out = TEST_SETS.get(row["test_set"], HELD_OUT[row["held_out"]])
+        held_out = held_out_text(row)
         counts = f"{row['recordings']}, {row['units']}"
         chance = with_unit(number(scale * row["chance"]), unit)
         rows.append((name, held_out, counts, chance, *cells))
@@ -287,7 +291,7 @@ def figure(results: dict[str, Any]) -> Figure:
     most = max(sum(row["source"] == source for row in scores) for source in sources)
     size = (1.4 * WIDTH_IN, 1.3 + 0.42 * most)
     subtitle = "Skill: 0 is the chance level, 1 is perfect. Bars: 95 % interval over groups."
-    drawn = new_figure(size, "Scores of the shipped features", subtitle, sources)
+    drawn = new_figure(size, TITLE, subtitle, sources)
     grid = drawn.subplots(1, 2, sharex=True)
     for axes, source in zip(grid, sources, strict=True):
         rows = [row for row in scores if row["source"] == source]
@@ -324,8 +328,16 @@ KEYS = ("value", "low", "high")
 def row_label(row: dict[str, Any]) -> str:
     """Return the label of a row of the figure."""
     target, _ = TARGETS[row["dataset"], row["target"]]
-    held_out = TEST_SETS.get(row["test_set"], HELD_OUT[row["held_out"]])
-    return f"{row['dataset']}, {target}\n{held_out}"
+    return f"{row['dataset']}, {target}\n{held_out_text(row)}"
+
+
+def held_out_text(row: dict[str, Any]) -> str:
+    """Return what a row of scores holds out."""
+    if row["test_set"]:
+        return TEST_SETS[row["test_set"]]
+    if row["held_out"] == "grasp_id" and row["source"] == "simulated":
+        return "grasps"
+    return HELD_OUT[row["held_out"]]
 
 
 TABLES = {"summary": summary_table, "scores": score_table, "costs": cost_table}
