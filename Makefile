@@ -92,6 +92,7 @@ bench: $(VENV)/.bench
 docs: $(VENV)/.docs
 	$(BIN)/python tools/configuration.py
 	$(BIN)/python -m tools.examples
+	$(BIN)/python -m tools.feature_page
 	$(BIN)/typer ajgdata.cli utils docs --name ajgdata --title "Command line" --output docs/command-line.md
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
 
