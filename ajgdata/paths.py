@@ -31,6 +31,7 @@ DATASET_FILE = "dataset.yaml"
 SOURCE_FILE = "source.yaml"
 SESSION_FILE = "session.yaml"
 RECORDINGS_FILE = "recordings.csv"
+CHANGES_FILE = "changes.jsonl"
 AUDIO_FOLDER = "audio"
 IMPORTED_TABLES_FOLDER = "tables"  #: in a session: imported tables of features
 EXCITATION_FILE = "excitation.wav"
@@ -210,6 +211,8 @@ class Paths:
     #: Description of a session. It is written last, so a folder with this file is complete.
     session_file = PathTemplate("data/{dataset}/sessions/{session}/" + SESSION_FILE)
     recordings_file = PathTemplate("data/{dataset}/sessions/{session}/" + RECORDINGS_FILE)
+    #: Decisions of people about the recordings of a session, see `store.changes`.
+    changes_file = PathTemplate("data/{dataset}/sessions/{session}/" + CHANGES_FILE)
     events = PathTemplate("data/{dataset}/live/{session}/events.jsonl")  #: log of a live run
 
     # Written by the workflow for each data set.
@@ -302,6 +305,11 @@ class Tree:
     def session(session: str) -> str:
         """Return the name of the description of a session."""
         return f"sessions/{session}/{SESSION_FILE}"
+
+    @staticmethod
+    def changes(session: str) -> str:
+        """Return the name of the changes of the labels of a session."""
+        return f"sessions/{session}/{CHANGES_FILE}"
 
     @staticmethod
     def excitation(session: str, suffix: str) -> str:

@@ -33,7 +33,7 @@ from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, RECORDINGS_FILE, SESSIO
 from ajgdata.store.audio import SIMULATED, file_sha256, pcm24_bytes, write_pcm24
 from ajgdata.store.files import replacing_folder, sha256_of
 from ajgdata.store.provenance import software
-from ajgdata.store.sessions import read_recordings, read_session, write_recordings, write_session
+from ajgdata.store.sessions import read_session, read_table, write_recordings, write_session
 from ajgdata.types import (
     Acquisition,
     DataError,
@@ -63,7 +63,7 @@ class LiveSession:
 
         Raises DataError for an invalid row, because writing the table would lose it.
         """
-        rows, findings = read_recordings(self.folder)
+        rows, findings = read_table(self.folder)
         if findings:
             first = findings[0]
             raise DataError(self.folder / RECORDINGS_FILE, first.problem, first.fix)
@@ -291,7 +291,7 @@ def _discard_if_empty(folder: Path) -> bool:
     """
     if not (folder / SESSION_FILE).is_file() or any((folder / AUDIO_FOLDER).glob("[!.]*")):
         return False
-    if read_session(folder).acquisition is None or read_recordings(folder)[0]:
+    if read_session(folder).acquisition is None or read_table(folder)[0]:
         return False
     hidden = folder.with_name(f".{folder.name}.empty")
     shutil.rmtree(hidden, ignore_errors=True)  # a killed process may have left it

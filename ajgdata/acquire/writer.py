@@ -15,7 +15,7 @@ from ajgdata.store.lock import locked
 from ajgdata.store.provenance import software
 from ajgdata.store.sessions import (
     check_session_format,
-    read_recordings,
+    read_table,
     write_recordings,
     write_session,
 )
@@ -168,4 +168,4 @@ def _known(folder: Path) -> dict[str, Recording]:
     """Return the existing rows of the table by recording id."""
     if not (folder / RECORDINGS_FILE).is_file():
         return {}
-    return {row.recording_id: row for row in read_recordings(folder)[0]}
+    return {row.recording_id: row for row in read_table(folder)[0]}

@@ -26,6 +26,7 @@ from ajgdata.cli.plan import plan
 from ajgdata.cli.project import doctor, run, simulate
 from ajgdata.cli.publish import fetch, publish
 from ajgdata.cli.report import report
+from ajgdata.cli.review import label, review
 from ajgdata.cli.sense import sense
 from ajgdata.cli.sort import sort
 from ajgdata.cli.status import status
@@ -49,7 +50,7 @@ app = typer.Typer(
 #: Commands by panel of the help text, in the order of the help text.
 PANELS = {
     "Start": (new, paper),
-    "Data": (import_command, record, simulate, check, browse, diff, publish, fetch),
+    "Data": (import_command, record, simulate, check, browse, review, label, diff, publish, fetch),
     "Run": (run, train, status, report, compare, plan),
     "Use": (export, sense, sort),
     "Tools": (scene, doctor),

@@ -30,8 +30,8 @@ from ajgdata.store.sessions import (
     check_one_source,
     list_sessions,
     read_dataset,
-    read_recordings,
     read_session,
+    read_table,
 )
 from ajgdata.types import (
     AudioSettings,
@@ -149,7 +149,7 @@ def _virtual_table(
         objects.append(RecipeObject(name=item.name, shape=shape))
     recipe = Recipe(grasps_per_object=protocol.grasps_per_object, objects=tuple(objects))
     folder = paths.session(spec.name, session)
-    n_recordings = len(read_recordings(folder)[0]) if folder.is_dir() else 0
+    n_recordings = len(read_table(folder)[0]) if folder.is_dir() else 0
     seed = derive_seed(protocol.seed, spec.name, session, n_recordings)
     return VirtualTable(recipe, seed, paths.responses)
 
@@ -208,7 +208,7 @@ def session_name(paths: Paths, dataset: str, protocol: GraspProtocol, source: st
         last = f"{source}-{number:02d}"
         folder = paths.session(dataset, last)
         skipped = read_session(folder).skipped
-        if remaining(plan_protocol(protocol, last), read_recordings(folder)[0], skipped):
+        if remaining(plan_protocol(protocol, last), read_table(folder)[0], skipped):
             return last
     return f"{source}-{number + 1:02d}"
 

@@ -10,7 +10,7 @@ from ajgdata.pipeline.microphones import channel_difference, compared_channels, 
 from ajgdata.store.audio import inspect_audio
 from ajgdata.store.importing import Contents
 from ajgdata.store.scan import Scan
-from ajgdata.store.sessions import audio_path, list_sessions, read_recordings, read_session
+from ajgdata.store.sessions import audio_path, list_sessions, read_session, read_table
 from ajgdata.types import DataError
 from ajgdata.types.settings import Microphone
 
@@ -48,7 +48,7 @@ def _stored(paths: Paths, dataset: str) -> tuple[set[str], set[int]]:
         folder = paths.session(dataset, name)
         with suppress(DataError):
             session = read_session(folder)
-            recordings, _ = read_recordings(folder)
+            recordings, _ = read_table(folder)
             digests.update(row.sha256 for row in recordings)
             for row in recordings[:1]:
                 counts.add(inspect_audio(audio_path(folder, session, row)).channels)

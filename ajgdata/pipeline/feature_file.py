@@ -34,6 +34,7 @@ from ajgdata.store.findings import (
 from ajgdata.store.freshness import (
     FeatureHashes,
     feature_settings,
+    imported_digest,
     read_hashes,
     tables_digest,
     write_hashes,
@@ -84,7 +85,8 @@ class Previous:
     """The last feature file.
 
     `rows` are by session, then by recording_id and sound_id. `tables` has the digest of the tables
-    of each session, and `decoder` the version of the package that contains FFmpeg.
+    of each session without changes of people, and `decoder` the version of the package that
+    contains FFmpeg.
     """
 
     rows: dict[str, dict[tuple[str, str], RecordingRow]] = field(
@@ -106,7 +108,8 @@ class Previous:
     def trusted(self, session: str, tables: str) -> dict[str, str]:
         """Return the stored sha256 of the recordings of a session, by recording_id.
 
-        Their files are not read again. There are none if the digest of the `tables` has changed.
+        Their files are not read again, also if people changed their labels. There are none if the
+        digest of the `tables` has changed.
         """
         if self.tables.get(session) != tables:
             return {}
@@ -161,9 +164,10 @@ def build_feature_file(
     computer = FeatureComputer(audio, features, paths.dataset(dataset).parent)
     # The digests are read first: a table that changes during this job then differs from its digest.
     digests = {name: tables_digest(paths.session(dataset, name)) for name in sessions}
+    imported = {name: imported_digest(paths.session(dataset, name)) for name in sessions}
     # Sums that a library computes with several threads differ in rounding.
     with threadpool_limits(limits=1):
-        parts = _parts(paths, dataset, digests, previous, computer, targets, threads)
+        parts = _parts(paths, dataset, imported, previous, computer, targets, threads)
         joined = _joined(parts, computer, features.kind, targets)
         table, copies = without_copies(joined, [*targets])
         if computer.needs_waveform:
@@ -178,6 +182,7 @@ def build_feature_file(
     write_findings(quarantine, issues)
     content = FeatureHashes(
         tables=digests,
+        imported_tables=imported,
         parameter=tuple(tables),
         decoder=installed_version(ffmpeg.PACKAGE),
         settings=feature_settings(audio, features, targets),
@@ -374,7 +379,7 @@ def _previous(path: Path, quarantine: Path, hashes: Path, digest: str) -> Previo
     issues_of = defaultdict(list)
     for issue in issues:
         issues_of[f"{issue.session_id}/{issue.recording_id}"].append(issue)
-    previous.tables.update(recorded.tables)
+    previous.tables.update(recorded.imported_tables)
     previous.decoder = recorded.decoder
     keys = ("recording", "session_id", "sha256", "flags", CHANNEL_LEVELS)
     texts = zip(*(table.columns[key].values.tolist() for key in keys), strict=True)

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import IO
 
-from ajgdata.paths import AUDIO_FOLDER, RECORDINGS_FILE, SESSION_FILE, Paths, Tree
+from ajgdata.paths import AUDIO_FOLDER, CHANGES_FILE, RECORDINGS_FILE, SESSION_FILE, Paths, Tree
 from ajgdata.pipeline.importing import import_folder
 from ajgdata.pipeline.progress import tracked
 from ajgdata.pipeline.schemas import dataset_schema, register_dataset, schema_bytes
@@ -51,7 +51,12 @@ OPTIONAL_FILES = (Tree.CITATION,)
 #: Keys of dataset.yaml that are not taken over: they can start a program or name other files.
 NOT_TAKEN_OVER = ("recipe", "protocol", "imports")
 #: Files of a published session, with any suffix.
-SESSION_FILES = (Path(SESSION_FILE).stem, Path(RECORDINGS_FILE).stem, "excitation")
+SESSION_FILES = (
+    Path(SESSION_FILE).stem,
+    Path(RECORDINGS_FILE).stem,
+    Path(CHANGES_FILE).stem,
+    "excitation",
+)
 #: What to do about a published data set with an error.
 PUBLISH_AGAIN = "publish the data set again"
 

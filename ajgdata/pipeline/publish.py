@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ from ajgdata.pipeline.published_version import check_version
 from ajgdata.pipeline.session_differences import check_equal, read_session_tables
 from ajgdata.report import card
 from ajgdata.store.audio import FileHashes, file_sha256, segment_bytes
+from ajgdata.store.changes import count_by_hand, log_bytes, read_changes
 from ajgdata.store.code_hash import code_hash
 from ajgdata.store.features import FeatureRows, read_store, text_column, write_store
 from ajgdata.store.files import copy, json_bytes, replacing_folder, sha256_of, yaml_bytes
@@ -30,8 +31,9 @@ from ajgdata.store.publishing.croissant import croissant
 from ajgdata.store.publishing.datapackage import datapackage
 from ajgdata.store.publishing.table import FILE_NAME, PublishedTable, file_name, table_of
 from ajgdata.store.publishing.typed_table import parquet_bytes
-from ajgdata.store.sessions import audio_path, inside, read_dataset, write_session
-from ajgdata.types import WHOLE_FILE, DataError, DatasetSpec, Recording, Session
+from ajgdata.store.sessions import audio_path, inside, read_dataset, read_table, write_session
+from ajgdata.types import WHOLE_FILE, DataError, DatasetSpec, Recording, Session, many
+from ajgdata.types.change import LabelChange
 from ajgdata.types.formats import DATASET_FORMAT, FORMAT_KEY
 
 
@@ -217,8 +219,10 @@ def _write_audio(tree: Tree, table: PublishedTable, contents: _Contents) -> None
 def _write_sessions(
     tree: Tree, paths: Paths, dataset: str, table: PublishedTable, contents: _Contents
 ) -> None:
-    """Write session.yaml, recordings.csv and the played sound of each session.
+    """Write session.yaml, recordings.csv, the played sound and the changes of each session.
 
+    recordings.csv has the labels with the changes of people. changes.jsonl has the changes of the
+    published recordings, without the names of the people.
     `file` in recordings.csv is `audio/<name>` of the file that is published as
     `audio/<session>/<name>`.
     """
@@ -235,14 +239,31 @@ def _write_sessions(
             _write(tree, target, source.read_bytes())
             changed["excitation"] = played.model_copy(update={"file": Path(target).name})
         recordings = []
+        changes: list[LabelChange] = []
+        log = read_changes(paths.session(dataset, name))
         for row in table.rows:
             if row["session_id"] == name:
                 file = row[FILE_NAME].replace(f"/{name}/", "/", 1)
                 recording, _ = contents.recordings[row["recording"]]
                 update = {"file": file, "sha256": row["sha256"], "start_s": None, "end_s": None}
                 recordings.append(recording.model_copy(update=update))
+                own = log.by_recording.get(recording.recording_id, ())
+                changes += [_published_change(c, recording, row["sha256"]) for c in own]
         folder = (tree / tree.session(name)).parent
         write_session(folder, session.model_copy(update=changed), recordings)
+        if changes:
+            _write(tree, Tree.changes(name), log_bytes(changes))
+
+
+def _published_change(change: LabelChange, recording: Recording, sha256: str) -> LabelChange:
+    """Return a change of a recording for its published file, whose hash is `sha256`.
+
+    The user name of a person is private; authors are named in dataset.yaml.
+    """
+    is_of_sound = change.sha256 == recording.sha256
+    return change.model_copy(
+        update={"author": "", "sha256": sha256 if is_of_sound else change.sha256}
+    )
 
 
 def _describe(
@@ -266,6 +287,9 @@ def _describe(
     _write(tree, tree.CITATION, citation_bytes(about))
     _write(tree, tree.LICENCE, card.licence_text(about).encode())
     facts = _provenance(spec, contents.store.attrs, grippers)
+    by_hand = _changed_by_hand(paths, spec.name, contents.sessions)
+    if by_hand:
+        facts["labels changed by hand"] = by_hand
     text = card.render_card(about, about_data, table, sizes, facts, paths)
     _write(tree, tree.README, text.encode())
     return about_data.n_left_out, about.is_unlicensed
@@ -290,6 +314,20 @@ def _provenance(
     if spec.recipe:
         facts["digest of the code of the virtual gripper"] = code_hash("gripper")
     return {topic: str(text) for topic, text in facts.items()}
+
+
+def _changed_by_hand(paths: Paths, dataset: str, sessions: Iterable[str]) -> str:
+    """Return the numbers of recordings that people labelled again or rejected; "" for none."""
+    labelled = 0
+    rejected = 0
+    for name in sessions:
+        folder = paths.session(dataset, name)
+        counts = count_by_hand(read_changes(folder), read_table(folder)[0])
+        labelled += counts[0]
+        rejected += counts[1]
+    if not labelled and not rejected:
+        return ""
+    return f"{many(labelled, 'recording')}; {many(rejected, 'further recording')} rejected"
 
 
 def _program(about: Mapping[str, Any]) -> str:

@@ -8,6 +8,7 @@ from ajgdata.experiments.requests import all_requests
 from ajgdata.features.compute import FeatureComputer
 from ajgdata.paths import DATASET_FILE, Paths
 from ajgdata.pipeline.label_issues import label_issues, placebo_issues, placement_notes
+from ajgdata.pipeline.labelling import change_issues
 from ajgdata.pipeline.plan import config_problems
 from ajgdata.pipeline.played_sounds import played_sound_issues
 from ajgdata.pipeline.progress import tracked
@@ -48,6 +49,7 @@ def validate_dataset(paths: Paths, dataset: str) -> tuple[int, list[Finding]]:
         computer = FeatureComputer(spec.audio, spec.features)
         issues += table_issues(sessions, spec, computer)
     tables = {session.session_id: session.labels for session in sessions}
+    issues += change_issues(paths, dataset)
     issues += label_issues(tables, spec)
     issues += placement_notes(tables, spec)
     issues += placebo_issues(tables, spec)

@@ -10,10 +10,11 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
+from pydantic import Field, ValidationError
 
-from ajgdata.paths import RECORDINGS_FILE, SESSION_FILE, Paths
+from ajgdata.paths import CHANGES_FILE, RECORDINGS_FILE, SESSION_FILE, Paths
 from ajgdata.store import ffmpeg
+from ajgdata.store.changes import read_changes
 from ajgdata.store.code_hash import features_code
 from ajgdata.store.files import json_bytes, read_csv, read_json, read_yaml, sha256_of, write_bytes
 from ajgdata.store.provenance import settings_digest
@@ -42,6 +43,8 @@ class FeatureHashes(Strict):
 
     #: Digest of the tables of each session, see `tables_digest`.
     tables: dict[str, str]
+    #: The same digest without the changes of people, which change no sound.
+    imported_tables: dict[str, str] = Field(default_factory=dict)
     #: Parameter of the job that computed the features, see `run_tables`.
     parameter: tuple[str, ...] = ()
     #: Version of the package that contains FFmpeg; "" if it is not installed.
@@ -84,6 +87,19 @@ def feature_settings(
 
 
 def tables_digest(folder: Path) -> str:
+    """Return the digest of the tables of a session and of the labels that people changed.
+
+    It is the digest of `imported_digest` if no label is changed: notes do not count, nor do changes
+    that were taken back. Raises DataError for a file that cannot be read.
+    """
+    tables = imported_digest(folder)
+    changes = _content(folder / CHANGES_FILE, lambda _: read_changes(folder).label_lines())
+    if changes in ("", "[]"):
+        return tables
+    return sha256_of(f"{tables}\n{changes}".encode())
+
+
+def imported_digest(folder: Path) -> str:
     """Return the digest of session.yaml and recordings.csv of a session; "" if it has neither.
 
     The digest depends on the values, but not on quotes, line ends, comments or the order of

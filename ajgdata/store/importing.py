@@ -21,6 +21,7 @@ from pydantic import ValidationError
 
 from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, RECORDINGS_FILE, SESSION_FILE, Paths
 from ajgdata.store.audio import AudioInfo, file_sha256
+from ajgdata.store.changes import read_changes
 from ajgdata.store.counters import canonical, grasp_key
 from ajgdata.store.files import copy as copy_file
 from ajgdata.store.folder_comparison import FolderComparison, StoredFile, compare_folder
@@ -30,8 +31,8 @@ from ajgdata.store.session_names import KnownSession, stored_session_names
 from ajgdata.store.sessions import (
     inside,
     list_sessions,
-    read_recordings,
     read_session,
+    read_table,
     write_session,
 )
 from ajgdata.types import WHOLE_FILE, DataError, Excitation, OnChange, Recording, Session, describe
@@ -56,6 +57,7 @@ OTHER_TIMES = (
     " takes the times; else import the folder with --session"
 )
 OTHER_LABEL = "stays; --on-change labels takes the folder's"
+BY_HAND = "stays, because a person set it; `ajgdata label NAME RECORDING --undo` takes it back"
 OTHER_PLAYED = (
     "the played sound is not the stored sound of the session. If these are recordings of another "
     "sound, import them with --session; --on-change files takes this sound"
@@ -135,7 +137,7 @@ def known_sessions(paths: Paths, dataset: str) -> dict[str, KnownSession]:
             if text is None:
                 is_copy = session.audio_root is None
                 paths_in_folder = (
-                    original_path(row.file, is_copy=is_copy) for row in read_recordings(folder)[0]
+                    original_path(row.file, is_copy=is_copy) for row in read_table(folder)[0]
                 )
                 files = frozenset(path.as_posix() for path in paths_in_folder)
         known[name] = KnownSession(text, files)
@@ -209,6 +211,8 @@ class _SessionImport:
         self.declared = read_session(target) if has_session else new
         #: Rows of the session by recording_id.
         self.rows = session_rows(target)
+        #: Labels that people set, which count instead of those of the rows.
+        self.changes = read_changes(target)
         self.known_grasps = known_grasps(self.rows.values())
         self.original_files = {row.file: row.sha256 for row in self.rows.values()}
         #: Files that this import has copied.
@@ -292,7 +296,7 @@ class _SessionImport:
         for folder in sorted(self.target.parent.iterdir()):
             shared[folder.name] = 0
             with suppress(DataError):
-                recordings, _ = read_recordings(folder)
+                recordings, _ = read_table(folder)
                 shared[folder.name] = len({row.sha256 for row in recordings} & digests)
         best = max(shared, key=lambda name: shared[name])
         if shared[best] > shared[self.target.name]:
@@ -441,7 +445,10 @@ class _SessionImport:
             self._copy(file.path, new.file)
         if old:
             has_quality = bool(file.cells["quality"])
-            new = merged_row(old, new, self.on_change, self.remarks, has_quality=has_quality)
+            by_hand = self.changes.cells(name, digest)
+            new = merged_row(
+                old, new, by_hand, self.on_change, self.remarks, has_quality=has_quality
+            )
         self.rows[name] = new
         if old is None:
             result.added += 1
@@ -512,22 +519,33 @@ class _SessionImport:
 
 
 def merged_row(
-    old: Recording, new: Recording, on_change: OnChange, remarks: Remarks, *, has_quality: bool
+    old: Recording,
+    new: Recording,
+    by_hand: Mapping[str, str],
+    on_change: OnChange,
+    remarks: Remarks,
+    *,
+    has_quality: bool,
 ) -> Recording:
     """Return the row `new` of a recording with the cells of its `old` row, and with new columns.
 
     It has the cells of the folder if `on_change` requires it; if not, cells that differ are
-    listed in `remarks`. `has_quality` is True if the folder specifies the quality.
+    listed in `remarks`. Labels that people set (`by_hand`) are listed instead if they differ.
+    `has_quality` is True if the folder specifies the quality.
     """
     columns = [column for column in CELLS if has_quality or column != "quality"]
     cells = {**old.labels, **{column: getattr(old, column) for column in CELLS}}
     offered = {**new.labels, **{column: getattr(new, column) for column in columns}}
     for column, text in offered.items():
+        label = by_hand.get(column, text)
+        if label != text:
+            difference = f"{column} {label!r} here, {text!r} in the folder"
+            remarks["label"].append((f"{old.recording_id}: {difference}", BY_HAND))
         if cells.setdefault(column, text) == text:
             continue
         if on_change == OnChange.LABELS:
             cells[column] = text
-        else:
+        elif column not in by_hand:
             difference = f"{column} {cells[column]!r} here, {text!r} in the folder"
             remarks["label"].append((f"{old.recording_id}: {difference}", OTHER_LABEL))
     labels = {column: text for column, text in cells.items() if column not in CELLS}
@@ -579,7 +597,7 @@ def session_rows(target: Path) -> dict[str, Recording]:
     """Return the rows of a session. Raises DataError for a table with errors."""
     if not (target / RECORDINGS_FILE).is_file():
         return {}
-    recordings, issues = read_recordings(target)
+    recordings, issues = read_table(target)
     if issues:
         problem = f"{issues[0].problem}; nothing was imported into this session"
         raise DataError(target / RECORDINGS_FILE, problem, issues[0].fix)

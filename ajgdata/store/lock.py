@@ -17,15 +17,17 @@ ADDING_RECORDINGS = "bringing recordings into this data set"
 
 
 @contextmanager
-def locked(path: Path, work: str, fix: str = "wait for that one, or stop it") -> Iterator[None]:
+def locked(
+    path: Path, work: str, fix: str = "wait for that one, or stop it", *, wait_s: float = 0
+) -> Iterator[None]:
     """Hold the lock of `path`, a file or folder that need not exist, during `work`.
 
     A file next to the lock states the work and the process, because Windows does not let anyone
     read or write a locked file. The system frees the lock when the process ends. Raises DataError
-    with this text if another process holds the lock.
+    with this text if another process holds the lock for longer than `wait_s`.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    lock = FileLock(path.with_name(f".{path.name}.lock"), timeout=0)
+    lock = FileLock(path.with_name(f".{path.name}.lock"), timeout=wait_s)
     holder = path.with_name(f".{path.name}.holder")
     try:
         lock.acquire()

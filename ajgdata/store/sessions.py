@@ -12,6 +12,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from ajgdata.paths import RECORDINGS_FILE, SESSION_FILE, Paths
+from ajgdata.store.changes import read_changes, with_changes
 from ajgdata.store.files import (
     check_yaml_format,
     csv_bytes,
@@ -258,10 +259,24 @@ def count_recordings(table: Path) -> int:
 
 
 def read_recordings(folder: Path) -> tuple[list[Recording], list[Finding]]:
+    """Return the recordings of a session with the changes of people, and errors of unusable rows.
+
+    They are the rows of `read_table` with the changes of changes.jsonl. Raises DataError if one of
+    both files cannot be read.
+    """
+    recordings, findings = read_table(folder)
+    log = read_changes(folder)
+    if log.changes:
+        recordings = [with_changes(recording, log) for recording in recordings]
+    return recordings, findings
+
+
+def read_table(folder: Path) -> tuple[list[Recording], list[Finding]]:
     """Return rows of recordings.csv, sorted by recording_id, and an error for each unusable row.
 
-    Labels are converted to plain text (see `plain_text`). Raises DataError if the table itself
-    cannot be read: the file or a column is missing, or the name of a column is reserved.
+    The rows are those to write again: they have no changes of people. Labels are converted to plain
+    text (see `plain_text`). Raises DataError if the table itself cannot be read: the file or a
+    column is missing, or the name of a column is reserved.
     """
     path = folder / RECORDINGS_FILE
     header, rows = numbered_rows(path, ("recording_id", "file", "grasp_id"))

@@ -18,6 +18,7 @@ from pydantic import ValidationError
 
 from ajgdata.paths import IMPORTED_TABLES_FOLDER, SESSION_FILE, Paths
 from ajgdata.store.audio import file_sha256
+from ajgdata.store.changes import read_changes
 from ajgdata.store.files import copy as copy_file
 from ajgdata.store.imported_table import ImportedTable, column_values, read_imported_table
 from ajgdata.store.importing import (
@@ -103,6 +104,8 @@ class _SessionRows:
         self.remarks: Remarks = scanned.remarks
         #: Rows of the session by recording_id.
         self.rows = session_rows(target)
+        #: Labels that people set, which count instead of those of the rows.
+        self.changes = read_changes(target)
         self.grasps = known_grasps(self.rows.values())
         self.declared = _new_session(target, scanned)
         if (target / SESSION_FILE).is_file():
@@ -231,7 +234,8 @@ class _SessionRows:
             result.added += 1
             return
         has_quality = bool(row.cells["quality"])
-        new = merged_row(old, new, self.on_change, self.remarks, has_quality=has_quality)
+        by_hand = self.changes.cells(name, old.sha256)
+        new = merged_row(old, new, by_hand, self.on_change, self.remarks, has_quality=has_quality)
         self.rows[name] = new
         place = {"file": old.file, "sha256": old.sha256, "table_row": old.table_row}
         if is_edited or new.model_copy(update=place) != old:

@@ -84,9 +84,9 @@ DATASET_FORMAT = FileFormat(
     place="key `format`",
     history=("keys as in docs/configuration.md",),
 )
-#: A CSV table cannot contain a version: session.yaml in the same folder states it.
+#: session.yaml states the version of the other files in its folder: a CSV table cannot contain it.
 SESSION_FORMAT = FileFormat(
-    files="`session.yaml` and `recordings.csv`",
+    files="`session.yaml`, `recordings.csv` and `changes.jsonl`",
     place="key `format` of `session.yaml`",
     history=("keys and columns as in docs/configuration.md",),
 )

@@ -65,6 +65,7 @@ LIGHT = {
     "report.format",
     "report.navigation",
     "store",
+    "store.changes",
     "store.code_hash",
     "store.file_times",
     "store.files",

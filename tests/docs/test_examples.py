@@ -186,6 +186,16 @@ def test_own_model(in_project):
     assert 0 < example["rmse_mm"] < min(STEP_MM / 2, example["chance_mm"] / 4)
 
 
+def test_reviewing(capsys):
+    example = run("reviewing")
+    assert example["first"].recording == "takes/18_cube"
+    page = (FOLDER.parent / "reviewing.md").read_text(encoding="utf-8")
+    assert capsys.readouterr().out in page
+    state = example["recording_state"](example["paths"], "mine", "takes/18_cube")
+    assert state.labels["label"] == "cube"
+    assert [change.action for change in state.history] == ["label", "undo"]
+
+
 def test_two_grippers(in_project):
     example = run("two_grippers")
     # it reads its own gripper to half a step between cubes, and worse than that the other, which

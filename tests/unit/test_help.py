@@ -14,8 +14,8 @@ COMMANDS |= {
     f"device {name}": command for name, command in GROUP.commands["device"].commands.items()
 }
 #: Both uses mean the same name: of a session, of an object in the gripper, of a microphone (channel
-#: of a file, input of a sound card), of a model. `--all` lists what is otherwise left out.
-TWO_TEXTS = {"--session", "--object", "--out", "--microphone", "--model", "--all"}
+#: of a file, input of a sound card), of a model, of a task. `--all` lists what is otherwise left out.
+TWO_TEXTS = {"--session", "--object", "--out", "--microphone", "--model", "--task", "--all"}
 
 
 def test_options_have_a_short_help_and_one_meaning():
