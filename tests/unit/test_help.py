@@ -14,7 +14,7 @@ COMMANDS |= {
     f"device {name}": command for name, command in GROUP.commands["device"].commands.items()
 }
 #: Both uses mean the same name: of a session, of an object in the gripper, of a microphone (channel
-#: of a file, input of a sound card), of a model, of a task. `--all` lists what is otherwise left out.
+#: of a file, input of a sound card), of a model, of a task. `--all` lists what is else left out.
 TWO_TEXTS = {"--session", "--object", "--out", "--microphone", "--model", "--task", "--all"}
 
 
