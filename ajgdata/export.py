@@ -22,6 +22,7 @@ from ajgdata.evaluate.novelty import EQUAL, NoveltyGuard
 from ajgdata.features.checks import TOO_QUIET
 from ajgdata.features.spectrum import periodic_window
 from ajgdata.live.predictor import Predictor
+from ajgdata.models.inputs import WithDimensions
 from ajgdata.types import FeatureSettings, NotPossibleError
 
 #: Key of the file's metadata that contains the description of the model, as JSON.
@@ -163,6 +164,10 @@ class Deployed(nn.Module):
             )
         if isinstance(predictor.audio.microphone, tuple):
             raise NotPossibleError("a model of several microphones cannot be exported")
+        if predictor.covariates:
+            raise NotPossibleError("a model with covariates cannot be exported")
+        if isinstance(predictor.estimator, WithDimensions):
+            raise NotPossibleError("a model that takes dimensions cannot be exported")
         frequency = predictor.frequency_hz
         first = round(frequency[0] * settings.window / predictor.sample_rate_hz)
         self.feature = Feature(settings, first, len(frequency))

@@ -38,6 +38,7 @@ from ajgdata.types import (
     checked_name,
 )
 from ajgdata.types.features import feature_settings
+from ajgdata.types.input_layout import Covariate
 from ajgdata.types.registry import TRUSTED_TYPES
 from ajgdata.types.session import SIMULATED_SOURCES
 
@@ -284,6 +285,7 @@ def read_predictor(
             axes=tuple(about.get("axes", ())),
             audio=AudioSettings.model_validate(about["audio"]),
             features=feature_settings(about["features"]),
+            covariates=tuple(Covariate(**item) for item in about.get("covariates", ())),
             calibration=calibration,
             folder=dataset_folder,
             guard=NoveltyGuard(

@@ -82,7 +82,8 @@ def _export_model(dataset: str, task: str, model: str, folder: Path | None) -> N
     try:
         content = onnx_bytes(predictor, description)
     except NotPossibleError as error:
-        raise DataError(model_folder, str(error), "export cnn or cnn_per_bin") from None
+        fix = "export cnn or cnn_per_bin of spectra, or use ajgdata.load_predictor"
+        raise DataError(model_folder, str(error), fix) from None
     file = (folder or paths.exported) / f"{dataset}-{task}-{model}.onnx"
     write_bytes(file, content)
     say(escape(f"{file}: {len(content) / 1e3:.0f} kB"))

@@ -82,6 +82,10 @@ def sense(
             min=0, help="seed of the random objects and poses", rich_help_panel=_VIRTUAL_PANEL
         ),
     ] = None,
+    covariates: Annotated[
+        list[str] | None,
+        typer.Option("--covariate", help="value of a covariate, NAME=VALUE; repeatable"),
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Classify the object in the gripper."""
@@ -102,10 +106,28 @@ def sense(
             source=source,
             card=card,
             objects=objects or (),
+            covariates=covariate_values(covariates or ()),
             seed=seed,
             numbers=count(1) if watch else (1,),
             as_json=as_json,
         )
+
+
+def covariate_values(texts: Iterable[str]) -> dict[str, float]:
+    """Return the value of each covariate from texts NAME=VALUE. Raises DataError for other texts.
+
+    >>> covariate_values(["robot_force_n=4.5"])
+    {'robot_force_n': 4.5}
+    """
+    values = {}
+    for text in texts:
+        name, _, value = text.partition("=")
+        try:
+            values[name.strip()] = float(value)
+        except ValueError:
+            problem = f"{text!r} is not NAME=VALUE with a number"
+            raise DataError("--covariate", problem, "write e.g. robot_force_n=4.5") from None
+    return values
 
 
 @contextmanager
@@ -126,6 +148,7 @@ def _sense(
     source: str,
     card: Mapping[str, Any],
     objects: Sequence[str],
+    covariates: Mapping[str, float],
     seed: int,
     numbers: Iterable[int],
     as_json: bool,
@@ -144,6 +167,7 @@ def _sense(
     spec = read_dataset(paths, dataset)
     model = model or spec.default_model(task)
     predictor = load_predictor(dataset, task, model, paths.root)
+    predictor.covariate_columns(covariates)  # raises DataError
     if source == VIRTUAL and spec.recipe and not objects:
         objects = [item.name for item in spec.recipe.objects]
     played: Sound
@@ -181,7 +205,9 @@ def _sense(
                 say(f"[dim]{waiting_text}[/dim]")
             start = time.perf_counter()
             capture = opened_card.take(played)
-            prediction = predictor.predict(capture.samples, predictor.sample_rate_hz, samples)
+            prediction = predictor.predict(
+                capture.samples, predictor.sample_rate_hz, samples, covariates
+            )
             seconds = time.perf_counter() - start
             if as_json:
                 print_json(

@@ -32,6 +32,7 @@ from ajgdata.evaluate.task_data import TaskData, TrainingCopies, training_part
 from ajgdata.models import fit_model, make_model, number_of_axes
 from ajgdata.models.tuning import Folds
 from ajgdata.types import MODELS, Kind, NotPossibleError
+from ajgdata.types.input_layout import InputLayout
 
 #: Number of timed predictions. Their median ignores one or two interruptions.
 TIMED_PREDICTIONS = 5
@@ -162,6 +163,7 @@ def cross_validate(
     extra_tests: Mapping[str, TaskData] | None = None,
     grasps: np.ndarray | Sequence | None = None,
     copies: TrainingCopies | None = None,
+    layout: InputLayout | None = None,
 ) -> CrossValidation:
     """Cross-validate a model: each fold is predicted by a model trained on the other folds.
 
@@ -179,7 +181,8 @@ def cross_validate(
 
     Each model is also trained on those `copies` whose recording is in its training part; no copy is
     tested. With a `period`, the targets y and y + `period` are equal. Each fold also predicts the
-    rows of `extra_tests` whose group is not in its training part.
+    rows of `extra_tests` whose group is not in its training part. `layout` states the dimensions
+    and covariates in `features`, for models that take them (see `models.make_model`).
 
     Raises ValueError for missing values, different lengths, folds that are not possible or divide
     a group, and extra rows without `groups`.
@@ -207,7 +210,7 @@ def cross_validate(
     unfitted = model
     limit = None
     if isinstance(model, str):
-        unfitted = make_model(model, kind, seed, period, number_of_axes(target))
+        unfitted = make_model(model, kind, seed, period, number_of_axes(target), layout)
         limit = MODELS[model].most_recordings
     inner_group = group if grasps is None else np.asarray(grasps)
     with threadpool_limits(limits=1):

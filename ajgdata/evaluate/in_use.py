@@ -29,6 +29,7 @@ from ajgdata.evaluate.splits import grouped_folds
 from ajgdata.evaluate.task_data import TaskData, TrainingCopies, training_part
 from ajgdata.models import fit_named_model, make_model
 from ajgdata.types import Kind, NotPossibleError
+from ajgdata.types.input_layout import InputLayout
 
 #: Number of inner folds. Each trains the model again.
 CALIBRATION_FOLDS = 5
@@ -91,8 +92,11 @@ def calibration(
     coverage: float = COVERAGE,
     false_alarm: float = FALSE_ALARM,
     copies: TrainingCopies | None = None,
+    layout: InputLayout | None = None,
 ) -> Calibration:
     """Return the calibration of `model` for features (n, f) and `target` (n,).
+
+    `layout` states the dimensions and covariates in the features; novelty ignores the covariates.
 
     Folds never divide `groups` (n,). `grasp` (n,) and `objects` (n,) name the grasp and the object
     of each recording. Models of folds also train on the `copies` of their training recordings; the
@@ -109,7 +113,13 @@ def calibration(
         if kind == "classification":
             with _recorded(problems, "temperature"):
                 scaling = scaling_temperature(
-                    features, target, groups, model=model, seed=seed, copies=copies
+                    features,
+                    target,
+                    groups,
+                    model=model,
+                    seed=seed,
+                    copies=copies,
+                    layout=layout,
                 )
         else:
             with _recorded(problems, "half_width"):
@@ -122,14 +132,16 @@ def calibration(
                     seed=seed,
                     period=period,
                     copies=copies,
+                    layout=layout,
                 )
+        sounds = features if layout is None else layout.feature(features)
         with _recorded(problems, "novelty_threshold"):
             thresholds = alarm(
-                features, grasp, groups, objects=objects, false_alarm=false_alarm, seed=seed
+                sounds, grasp, groups, objects=objects, false_alarm=false_alarm, seed=seed
             )
         if thresholds is not None and objects is not None:
             with _recorded(problems, "detection_rate"):
-                scores = novel_scores(features, grasp, groups, objects, seed=seed)
+                scores = novel_scores(sounds, grasp, groups, objects, seed=seed)
                 detection_rate = scores.detection_rate(false_alarm)
     result = Calibration(
         folds=_folds(groups),
@@ -168,6 +180,7 @@ def scaling_temperature(
     model: str,
     seed: int,
     copies: TrainingCopies | None = None,
+    layout: InputLayout | None = None,
 ) -> float:
     """Return the temperature of `model` from held-out probabilities of all folds together.
 
@@ -186,6 +199,7 @@ def scaling_temperature(
         folds=_folds(groups),
         seed=seed,
         copies=copies,
+        layout=layout,
     ):
         held_out[test] = fitted.predict_proba(features[test])
     log_p = log_softmax(np.log(np.maximum(held_out, TINIEST)), axis=1)
@@ -208,18 +222,28 @@ def _held_out(
     seed: int,
     period: float | None = None,
     copies: TrainingCopies | None = None,
+    layout: InputLayout | None = None,
 ) -> Iterator[tuple[Any, np.ndarray, np.ndarray]]:
     """Yield for each fold: a fitted model, the rows that it was trained on, and the held-out rows.
 
     Raises NotPossibleError for a classifier without probabilities.
     """
-    if kind == "classification" and not hasattr(make_model(model, kind, seed), "predict_proba"):
-        raise NotPossibleError(f"model {model!r} has no probabilities: choose another")
+    if kind == "classification":
+        unfitted = make_model(model, kind, seed, layout=layout)
+        if not hasattr(unfitted, "predict_proba"):
+            raise NotPossibleError(f"model {model!r} has no probabilities: choose another")
     data = TaskData(features, y, groups, name=groups)
     for train, test in grouped_folds(y, groups, kind, folds, seed):
         part = training_part(data, train, copies)
         fitted = fit_named_model(
-            model, kind, part.feature, part.value, part.group, seed=seed, period=period
+            model,
+            kind,
+            part.feature,
+            part.value,
+            part.group,
+            seed=seed,
+            period=period,
+            layout=layout,
         )
         yield fitted, train, test
 
@@ -234,6 +258,7 @@ def interval_half_width(
     seed: int,
     period: float | None,
     copies: TrainingCopies | None = None,
+    layout: InputLayout | None = None,
 ) -> float:
     """Return the `half_width` of `held_out_residuals`.
 
@@ -246,7 +271,7 @@ def interval_half_width(
             f"record at least {int(np.ceil(coverage / (1 - coverage) - 1e-9))}"
         )
     residual = held_out_residuals(
-        features, y, groups, model=model, seed=seed, period=period, copies=copies
+        features, y, groups, model=model, seed=seed, period=period, copies=copies, layout=layout
     )
     return half_width(residual, groups, coverage, period)
 
@@ -260,6 +285,7 @@ def held_out_residuals(
     seed: int,
     period: float | None = None,
     copies: TrainingCopies | None = None,
+    layout: InputLayout | None = None,
 ) -> np.ndarray:
     """Return |y - prediction| (n,), each by a `model` that was trained on the other folds.
 
@@ -276,6 +302,7 @@ def held_out_residuals(
         seed=seed,
         period=period,
         copies=copies,
+        layout=layout,
     ):
         residual[test] = length(wrapped(y[test] - fitted.predict(features[test]), period))
     return residual

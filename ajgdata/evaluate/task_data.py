@@ -10,13 +10,18 @@ from numpy.typing import NDArray
 
 from ajgdata.store.features import FeatureRows
 from ajgdata.types import Kind, NotPossibleError
+from ajgdata.types.input_layout import InputLayout
 from ajgdata.types.task_settings import TrainingSettings
+
+#: Largest number of recordings that a message names.
+MAX_NAMED = 5
 
 
 class TaskData(NamedTuple):
     """Recordings of a task: features (n, f); values of the target, groups and names (n,).
 
-    The values of a target that is a vector are (n, k).
+    The values of a target that is a vector are (n, k). With c covariates, the features are the
+    input (n, f + c) of a model, see `types.input_layout`.
     """
 
     feature: np.ndarray
@@ -64,7 +69,7 @@ def training_part(
 ) -> TaskData:
     """Return the recordings with row numbers `rows`, and after them their copies.
 
-    A copy has the value, the group and the name of its recording.
+    A copy has the value, the group, the name and the covariates of its recording.
 
     >>> import numpy as np
     >>> from ajgdata.evaluate.task_data import TaskData, TrainingCopies, training_part
@@ -79,7 +84,11 @@ def training_part(
         return part
     is_used = np.isin(copies.row, rows)
     originals = data.where(copies.row[is_used])
-    return part.joined(originals._replace(feature=copies.feature[is_used]))
+    feature = copies.feature[is_used]
+    covariates = originals.feature[:, feature.shape[1] :]
+    if covariates.shape[1]:
+        feature = np.hstack([feature, covariates])
+    return part.joined(originals._replace(feature=feature))
 
 
 def task_data(
@@ -90,10 +99,12 @@ def task_data(
     classes: Sequence[str] = (),
     without: Collection[str] = (),
     axes: Sequence[str] = (),
+    covariates: Sequence[str] = (),
 ) -> TaskData:
     """Return the recordings of `table` whose `target` is not missing, grouped by column `groups`.
 
     `axes` are the columns of a target that is a vector; a recording needs a value of each.
+    `covariates` are columns of numbers that are added to the features.
     If `classes` are given, recordings of other classes are excluded. The objects `without` (those
     of a placebo) are always excluded. Raises NotPossibleError if there are no recordings, if a
     column is missing, for a class without recordings, if all values or all groups are equal, and
@@ -121,7 +132,40 @@ def task_data(
         )
     if len(np.unique(group[included])) < 2:
         raise NotPossibleError(f"all recordings have the same {groups!r}: folds need at least two")
-    return TaskData(table.flat, values, group, names).where(included)
+    features = table.flat
+    if covariates:
+        features = np.hstack([features, covariate_values(table, covariates, included)])
+    return TaskData(features, values, group, names).where(included)
+
+
+def covariate_values(
+    table: FeatureRows, covariates: Sequence[str], included: NDArray[np.bool_]
+) -> NDArray[np.float64]:
+    """Return the covariates (n, c) of the recordings of `table`.
+
+    Raises NotPossibleError for a column that is missing or text, and for a missing value of an
+    `included` recording.
+    """
+    columns = []
+    for name in covariates:
+        if name not in table.columns:
+            raise NotPossibleError(f"covariate: there is no column {name!r} in recordings.csv")
+        values = table.columns[name].values
+        if values.dtype.kind not in "fiu":
+            raise NotPossibleError(
+                f"covariate {name!r} is text: declare it under `targets` with `kind: regression`"
+            )
+        missing = table.columns["recording"].values[included & ~np.isfinite(values)].tolist()
+        if missing:
+            listed = ", ".join(missing[:MAX_NAMED])
+            if len(missing) > MAX_NAMED:
+                listed += ", …"
+            raise NotPossibleError(
+                f"covariate {name!r} has no value for {len(missing)} of {included.sum()} "
+                f"recordings ({listed}): add the values to recordings.csv, or reject the recordings"
+            )
+        columns.append(values.astype(np.float64))
+    return np.column_stack(columns)
 
 
 def _has_value(
@@ -247,4 +291,11 @@ def training_data(table: FeatureRows, settings: TrainingSettings) -> TaskData:
         classes_of(table, settings)[0],
         settings.placebo_objects,
         settings.axes,
+        settings.covariates,
     )
+
+
+def input_layout(table: FeatureRows, settings: TrainingSettings) -> InputLayout:
+    """Return the layout of the features of `task_data`."""
+    dimensions = {axis.name: axis.values for axis in table.axes}
+    return InputLayout(dimensions, settings.covariates)

@@ -19,6 +19,7 @@ from ajgdata.evaluate.task_data import (
     TaskData,
     TrainingCopies,
     classes_of,
+    input_layout,
     split_withheld,
     task_data,
 )
@@ -30,6 +31,7 @@ from ajgdata.report.format import Source, words
 from ajgdata.report.report_data import Illustration, ResultRow
 from ajgdata.store.features import FeatureRows, Latents
 from ajgdata.types import AudioSettings, FeatureKind, FeatureSettings, Level, TaskSettings
+from ajgdata.types.input_layout import InputLayout
 from ajgdata.types.registry import PAPER_MODEL
 from ajgdata.types.table import Table
 
@@ -116,7 +118,21 @@ class Inputs:
         column = groups or task.groups
         classes = self.classes_of_task[0]
         without = task.placebo_objects
-        return task_data(table, task.target, task.kind, column, classes, without, task.axes)
+        return task_data(
+            table,
+            task.target,
+            task.kind,
+            column,
+            classes,
+            without,
+            task.axes,
+            task.covariates,
+        )
+
+    @property
+    def layout(self) -> InputLayout:
+        """Return the layout of the features of `all_data`."""
+        return input_layout(self.store, self.task_settings)
 
     def copies(self, data: TaskData, other: str | None = None) -> TrainingCopies | None:
         """Return the copies of recordings of the data set, or of the data set `other`.
@@ -136,7 +152,14 @@ class Inputs:
         if other is not None:
             return self.data(other)
         task = self.task_settings
-        return task_data(self.store, "object", "classification", task.groups, task.placebo_objects)
+        return task_data(
+            self.store,
+            "object",
+            "classification",
+            task.groups,
+            task.placebo_objects,
+            covariates=task.covariates,
+        )
 
     @property
     def classes_of_task(self) -> tuple[Sequence[str], Mapping[str, int]]:

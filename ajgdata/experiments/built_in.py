@@ -34,6 +34,7 @@ _SPECS = (
         by_placement=True,
         augments=True,
         balances=True,
+        covariates=True,
     ),
     ExperimentSpec(
         name="reflected_energy",

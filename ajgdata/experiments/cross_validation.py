@@ -174,6 +174,7 @@ def cross_validated(
         extra_tests=extra_tests,
         grasps=grasps,
         copies=copies,
+        layout=inputs.layout,
     )
 
 

@@ -47,7 +47,7 @@ from ajgdata.report.comparison import (
 )
 from ajgdata.report.format import Score, column_title, mean_sd, number, sentence, words
 from ajgdata.report.report_data import ResultRow
-from ajgdata.types.registry import PAPER_MODEL
+from ajgdata.types.registry import COVARIATES_ALONE, PAPER_MODEL
 from ajgdata.types.table import Table, table_of
 
 #: Parts of a task: key in dataset.yaml under `paper`, and heading in the table of results.
@@ -551,6 +551,7 @@ def summary(results: TaskResults) -> str:
         f"{counts['folds']} folds. "
         f"Lowest error: {top.label}, {results.metric_title} {top.shown(top.score())}."
         f"{axes_sentence(top)}{augment_sentence(results)}"
+        f"{covariates_sentence(results, models)}"
         f"{placement_sentence(results, top)}{unmeasured_sentence(results)}"
     )
 
@@ -570,6 +571,18 @@ def augment_sentence(results: TaskResults) -> str:
     if augment is None:
         return ""
     return f" Models are also trained on {augment.text}; no copy is tested."
+
+
+def covariates_sentence(results: TaskResults, models: Sequence[ModelResult]) -> str:
+    """Return the covariates of a task and the score that they have alone; "" without covariates."""
+    covariates = results.task_settings.covariates
+    if not covariates:
+        return ""
+    text = f" Models also get {' and '.join(covariates)}"
+    alone = [model for model in models if model.result.model == COVARIATES_ALONE]
+    if not alone:
+        return f"{text}."
+    return f"{text}, which have {results.metric_title} {alone[0].shown(alone[0].score())} alone."
 
 
 def placement_sentence(results: TaskResults, model: ModelResult) -> str:

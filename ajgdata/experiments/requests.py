@@ -214,6 +214,10 @@ def _check(spec: DatasetSpec, task: str, experiment: ExperimentSpec, settings: A
         raise ValueError(
             f"experiments.{experiment.name} does not balance classes: use a task without `balance`"
         )
+    if spec.tasks[task].covariates and not experiment.covariates:
+        raise ValueError(
+            f"experiments.{experiment.name} has no covariates: use a task without `covariates`"
+        )
     experiment.check(settings, kind, spec.features)
     for key in listing_keys(experiment.settings):
         listed = getattr(settings, key)

@@ -39,6 +39,7 @@ class ExperimentSpec:
     by_placement: bool = False  #: whether its folds can hold out one placement of every class
     augments: bool = False  #: whether its models are also trained on the copies of `augment`
     balances: bool = False  #: whether its training parts follow `balance` of the task
+    covariates: bool = False  #: whether its models get the covariates of a task
     paper: str = ""
 
     @property

@@ -87,6 +87,8 @@ class VariantRecordings:
             raise NotPossibleError(f"variants have no copies of recordings: {change.task} has them")
         if settings.balance:
             raise NotPossibleError(f"variants do not balance classes, as {change.task} requests")
+        if settings.covariates:
+            raise NotPossibleError(f"variants have no covariates: {change.task} has them")
         return replace(self.inputs, task_settings=settings)
 
     def feature_s(self, variant: NamedVariant) -> float:

@@ -24,6 +24,7 @@ from ajgdata.features.compute import FeatureComputer
 from ajgdata.store.audio import Audio, AudioInfo, read_audio
 from ajgdata.store.feature_array import FREQUENCY
 from ajgdata.types import AudioSettings, DataError, FeatureKind, Kind
+from ajgdata.types.input_layout import Covariate
 
 if TYPE_CHECKING:
     from sklearn.base import BaseEstimator
@@ -90,7 +91,7 @@ class Predictor:
     """A model trained for a task of a data set, with its calibration. See `load_predictor`.
 
     `classes` are sorted (empty for numbers). `audio` and `features` are settings of the data set,
-    whose dataset.yaml is in `folder`.
+    whose dataset.yaml is in `folder`. A model with `covariates` needs their values.
     """
 
     estimator: BaseEstimator
@@ -105,6 +106,7 @@ class Predictor:
     calibration: Calibration
     guard: NoveltyGuard
     axes: tuple[str, ...] = ()  #: names of the numbers of a vector
+    covariates: tuple[Covariate, ...] = ()
     folder: Path = Path()
 
     def __repr__(self) -> str:
@@ -115,7 +117,10 @@ class Predictor:
         if self.unit:
             predicts += f" in {self.unit}"
         name = f"{self.dataset}/{self.task}/{self.model}"
-        return f"<Predictor {name}: predicts {predicts} from {self.sample_rate_hz} Hz recordings>"
+        source = f"{self.sample_rate_hz} Hz recordings"
+        if self.covariates:
+            source += f" and {', '.join(covariate.name for covariate in self.covariates)}"
+        return f"<Predictor {name}: predicts {predicts} from {source}>"
 
     @property
     def sample_rate_hz(self) -> int:
@@ -171,26 +176,39 @@ class Predictor:
         return self._feature_and_remarks(audio, HERE, played)[0]
 
     def predict(
-        self, waveform: ArrayLike, sample_rate_hz: float, played: ArrayLike | None = None
+        self,
+        waveform: ArrayLike,
+        sample_rate_hz: float,
+        played: ArrayLike | None = None,
+        covariates: Mapping[str, float] | None = None,
     ) -> Prediction:
         """Return the prediction for one recording.
 
         `waveform` (n,) are floats at the sample rate of the model, with full scale ±1; a model of
         several microphones needs (channels, n). `played` (m,) is the played sound, which only a
-        transfer function with `reference: played` needs. Raises
-        DataError for other waveforms, and for recordings that the workflow would quarantine: too
-        short, NaN, silence.
+        transfer function with `reference: played` needs. `covariates` are the values by name that a
+        model with covariates needs. Raises DataError for other waveforms, for recordings that the
+        workflow would quarantine (too short, NaN, silence), and for other covariates.
         """
-        return self._predicted(_audio(waveform, sample_rate_hz, self.audio), HERE, played)
+        audio = _audio(waveform, sample_rate_hz, self.audio)
+        return self._predicted(audio, HERE, played, covariates)
 
-    def predict_file(self, path: str | Path, played: ArrayLike | None = None) -> Prediction:
+    def predict_file(
+        self,
+        path: str | Path,
+        played: ArrayLike | None = None,
+        covariates: Mapping[str, float] | None = None,
+    ) -> Prediction:
         """Return the prediction for one audio file. Raises DataError as `predict` does."""
-        return self._predicted(read_audio(Path(path), self.audio), Path(path), played)
+        return self._predicted(read_audio(Path(path), self.audio), Path(path), played, covariates)
 
-    def of_features(self, features: np.ndarray) -> list[Prediction]:
+    def of_features(
+        self, features: np.ndarray, covariates: Mapping[str, ArrayLike] | None = None
+    ) -> list[Prediction]:
         """Return the predictions for features (m, f), from `feature` or a feature file.
 
-        Raises ValueError for another number of values per feature.
+        `covariates` has the values (m,) of each covariate of the model by name. Raises ValueError
+        for another number of values per feature, and DataError for other covariates.
         """
         features = np.asarray(features, np.float32)
         if features.ndim != 2 or features.shape[1] != len(self.guard.mean):
@@ -201,7 +219,12 @@ class Predictor:
         if self.guard.can_check:
             novelty = self.guard.novelty(features).tolist()
             detection_rate = self.calibration.detection_rate
-        values, probabilities = self._values_and_probabilities(features)
+        inputs = features
+        columns = self.covariate_columns(covariates or {})
+        if columns:
+            rows = [np.broadcast_to(column, len(features)) for column in columns]
+            inputs = np.column_stack([features, *rows])
+        values, probabilities = self._values_and_probabilities(inputs)
         return [
             Prediction(
                 kind=self.kind,
@@ -216,10 +239,34 @@ class Predictor:
             for row, value in enumerate(values)
         ]
 
+    def covariate_columns(self, covariates: Mapping[str, ArrayLike]) -> list[NDArray[np.float64]]:
+        """Return the values of each covariate of the model, in its order.
+
+        Raises DataError for a covariate that is missing or unknown, and for a value that is no
+        number.
+        """
+        names = [covariate.name for covariate in self.covariates]
+        where = f"model {self.model} of {self.dataset}/{self.task}"
+        for name in covariates:
+            if name not in names:
+                known = f"it has {', '.join(names)}" if names else "it has none"
+                raise DataError(where, f"has no covariate {name!r}", f"remove it: {known}")
+        columns = []
+        for name in names:
+            if name not in covariates:
+                fix = f"give it: covariates={{{name!r}: …}}, or `--covariate {name}=…`"
+                raise DataError(where, f"needs a value of the covariate {name!r}", fix)
+            column = np.asarray(covariates[name], np.float64)
+            if not np.isfinite(column).all():
+                problem = f"the covariate {name!r} is {column}, not a number"
+                raise DataError(where, problem, "give a number")
+            columns.append(column)
+        return columns
+
     def _values_and_probabilities(
         self, features: np.ndarray
     ) -> tuple[Sequence[Value], list[dict[str, float]]]:
-        """Return the value of each of the features (m, f), and its probability of each class.
+        """Return the value of each of the inputs (m, f + c), and its probability of each class.
 
         A model without calibrated probabilities has no probability of any class.
         """
@@ -258,9 +305,23 @@ class Predictor:
             return tuple(x - half for x in value), tuple(x + half for x in value)
         return value - half, value + half
 
-    def _predicted(self, audio: Audio, where: Path, played: ArrayLike | None) -> Prediction:
+    def _predicted(
+        self,
+        audio: Audio,
+        where: Path,
+        played: ArrayLike | None,
+        covariates: Mapping[str, float] | None,
+    ) -> Prediction:
         feature, remarks = self._feature_and_remarks(audio, where, played)
-        return replace(self.of_features(feature[np.newaxis])[0], remarks=remarks)
+        prediction = self.of_features(feature[np.newaxis], covariates)[0]
+        given = covariates or {}
+        unusual = [
+            f"{covariate.name} {given[covariate.name]:g} is outside its training values, "
+            f"{covariate.least:g} to {covariate.largest:g}; expect a larger error"
+            for covariate in self.covariates
+            if not covariate.least <= given[covariate.name] <= covariate.largest
+        ]
+        return replace(prediction, remarks=[*remarks, *unusual])
 
     def _feature_and_remarks(
         self, audio: Audio, where: Path, played: ArrayLike | None

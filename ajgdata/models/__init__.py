@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
 from pkgutil import resolve_name
 from typing import Any, get_args
@@ -11,24 +12,41 @@ from sklearn.base import BaseEstimator
 from sklearn.multioutput import MultiOutputRegressor
 from sklearn.utils.validation import has_fit_parameter
 
+from ajgdata.models.inputs import CovariatesAlone, WithCovariates, WithDimensions
 from ajgdata.models.scaling import Circular
 from ajgdata.models.thinning import thinned
 from ajgdata.models.tuning import Tuned
-from ajgdata.types import MODELS, Kind
+from ajgdata.types import MODELS, Kind, NotPossibleError
 from ajgdata.types.extras import optional_packages
+from ajgdata.types.input_layout import InputLayout
+from ajgdata.types.registry import COVARIATES_ALONE
+
+#: Parameter by which the function of a model declares that the model takes the dimensions.
+DIMENSIONS = "dimensions"
 
 
 def make_model(
-    name: str, kind: Kind, seed: int = 0, period: float | None = None, axes: int = 1
+    name: str,
+    kind: Kind,
+    seed: int = 0,
+    period: float | None = None,
+    axes: int = 1,
+    layout: InputLayout | None = None,
 ) -> BaseEstimator:
     """Return an unfitted scikit-learn estimator for features (n, n_features) as they are stored.
 
     The estimator contains the scaling. A tuned model chooses the scaling and its settings from its
     training rows. Networks, trees and inner folds use the `seed`. With a `period`, the targets y
     and y + period are equal: the model predicts (sin, cos) of 2 pi y / period (see
-    `scaling.Circular`). A target with several `axes` is a vector (n, axes). Raises ValueError for
-    an unknown name or kind, and for a classification with a period. Raises DataError for a network
-    if its packages are not installed.
+    `scaling.Circular`). A target with several `axes` is a vector (n, axes).
+
+    A model whose function has a parameter `dimensions` gets arrays (n, dimension, ...); it needs
+    the `layout` of the input. With covariates in the layout, the input is (n, f + c), see
+    `inputs.WithCovariates`.
+
+    Raises ValueError for an unknown name or kind, and for a classification with a period. Raises
+    DataError for a network if its packages are not installed. Raises NotPossibleError for a model
+    that needs a layout but has none, and for `covariates_alone` without covariates.
 
     >>> import numpy as np
     >>> from ajgdata.models import make_model
@@ -45,12 +63,41 @@ def make_model(
         raise ValueError("classes have no period: leave it out")
     with optional_packages(f"model {name}"):
         make = resolve_name(model.make)
-    estimator = make(kind, seed)
+    estimator = _made(name, make, kind, seed, layout)
+    count = 0 if layout is None else len(layout.covariates)
+    if name == COVARIATES_ALONE:
+        if not count:
+            raise NotPossibleError(f"model {name} needs `covariates` of the task")
+        estimator = _wrapped(estimator, lambda model: CovariatesAlone(model, count))
+    elif count:
+        estimator = _wrapped(estimator, lambda model: WithCovariates(model, count))
     if period is not None:
         return _circular(estimator, period, model.several)
     if axes > 1 and not model.several:
         return _wrapped(estimator, MultiOutputRegressor)
     return estimator
+
+
+def _made(
+    name: str, make: Callable[..., BaseEstimator], kind: Kind, seed: int, layout: InputLayout | None
+) -> BaseEstimator:
+    """Return the estimator of the function `make` of a model, with the dimensions if it takes them.
+
+    Raises NotPossibleError if they are not known, or if the model refuses them by a ValueError.
+    """
+    if DIMENSIONS not in inspect.signature(make).parameters:
+        return make(kind, seed)
+    if layout is None:
+        raise NotPossibleError(
+            f"model {name} takes the dimensions of the feature, which this experiment does not "
+            "pass: choose another model"
+        )
+    try:
+        estimator = make(kind, seed, dimensions=layout.dimensions)
+    except ValueError as error:
+        raise NotPossibleError(f"model {name}: {error}") from None
+    shape = layout.shape
+    return _wrapped(estimator, lambda model: WithDimensions(model, shape))
 
 
 def _circular(estimator: BaseEstimator, period: float, several: bool) -> BaseEstimator:
@@ -116,9 +163,10 @@ def fit_named_model(
     *,
     seed: int = 0,
     period: float | None = None,
+    layout: InputLayout | None = None,
 ) -> Any:
     """Return the model `name` (see `make_model`), trained by `fit_model` with the model's limit."""
-    model = make_model(name, kind, seed, period, number_of_axes(target))
+    model = make_model(name, kind, seed, period, number_of_axes(target), layout)
     return fit_model(model, features, target, groups, MODELS[name].most_recordings)
 
 

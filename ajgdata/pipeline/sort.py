@@ -92,6 +92,11 @@ def sorting_model(paths: Paths, spec: DatasetSpec, plan: SortPlan) -> Predictor:
     if predictor.kind != "classification" or not predictor.has_probabilities:
         fix = "sort by a task of classes, with a model such as cnn or linear"
         raise DataError(where, f"{plan.task}, {plan.model} gives no probabilities", fix)
+    if predictor.covariates:
+        names = ", ".join(covariate.name for covariate in predictor.covariates)
+        raise DataError(
+            where, f"{plan.task} needs {names} of each grasp", "sort by a task without covariates"
+        )
     classes = list(predictor.classes)
     missing = [label for label in classes if label not in plan.bins]
     if missing:

@@ -28,6 +28,7 @@ from ajgdata.evaluate.task_data import (
     TrainingCopies,
     column_labels,
     grasp_names,
+    input_layout,
     target_values,
     training_data,
     training_part,
@@ -48,6 +49,7 @@ from ajgdata.types import (
     NotPossibleError,
     TrainingSettings,
 )
+from ajgdata.types.input_layout import Covariate
 
 
 def train_final_model(
@@ -151,7 +153,8 @@ def _train(
     """
     kind = settings.kind
     arrays = (data.feature, data.value, data.group)
-    options: dict[str, Any] = {"seed": seed, "period": settings.period_deg}
+    layout = input_layout(table, settings)
+    options: dict[str, Any] = {"seed": seed, "period": settings.period_deg, "layout": layout}
     grasp = grasp_names(table, data)
     objects = column_labels(table, data, "object")
     trained = training_part(data, np.arange(len(data.name)), copies)
@@ -171,6 +174,9 @@ def _train(
     }
     if choice:
         facts["tuning"] = choice
+    if settings.covariates:
+        trained_covariates = _covariates(table, data, settings.covariates)
+        facts["covariates"] = [dataclasses.asdict(covariate) for covariate in trained_covariates]
     if settings.augment is not None:
         facts["augment"] = settings.augment.model_dump(mode="json", exclude_unset=True)
         facts["copies"] = len(trained.name) - len(data.name)
@@ -180,6 +186,20 @@ def _train(
     write_guard(folder, _guard_arrays(table, settings, data, grasp, objects))
     write_estimator(folder, estimator)
     return facts
+
+
+def _covariates(table: FeatureRows, data: TaskData, names: Sequence[str]) -> list[Covariate]:
+    """Return the covariates, which are the last columns of the features of `data`."""
+    values = data.feature[:, -len(names) :]
+    return [
+        Covariate(
+            name,
+            table.columns[name].attrs.get("units", ""),
+            float(values[:, at].min()),
+            float(values[:, at].max()),
+        )
+        for at, name in enumerate(names)
+    ]
 
 
 def _guard_arrays(
@@ -200,9 +220,8 @@ def _guard_arrays(
     else:
         missing = values == ""
     empty = missing & (table.columns["object"].values == "")
-    guard = NoveltyGuard.from_grasps(data.feature, grasp, objects).with_references(
-        table.flat[empty]
-    )
+    sounds = input_layout(table, settings).feature(data.feature)
+    guard = NoveltyGuard.from_grasps(sounds, grasp, objects).with_references(table.flat[empty])
     names = [field.name for field in dataclasses.fields(guard)]
     return {name: getattr(guard, name) for name in names if not name.endswith("threshold")}
 

@@ -87,7 +87,7 @@ _SIMULATED = (
     "types/recipe.py",
     "types/settings.py:AudioSettings,Level,as_written",
 )
-_MODELS = ("models/*.py", "types/registry.py")
+_MODELS = ("models/*.py", "types/input_layout.py", "types/registry.py")
 #: Features -> recordings of a task.
 _TASK = (
     *_MODELS,

@@ -286,6 +286,9 @@ class DatasetSpec(Strict):
             for key in NOT_FOR_VECTORS:
                 if target.columns and getattr(task, key):
                     raise ValueError(f"task {name}: {key} is not for a target with columns")
+            known = sorted({task.target, *target.columns} & set(task.covariates))
+            if known:
+                raise ValueError(f"task {name}: covariate {known[0]} is the target itself")
         return self
 
     @model_validator(mode="after")
@@ -334,7 +337,7 @@ class DatasetSpec(Strict):
         added: dict[str, Any] = {}
         if target.columns:
             added["axes"] = target.columns
-        for key in ("augment", "balance", "coverage", "map"):
+        for key in ("augment", "balance", "coverage", "covariates", "map"):
             if getattr(declared, key):
                 added[key] = getattr(declared, key)
         return TaskSettings(

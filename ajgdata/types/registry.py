@@ -19,11 +19,16 @@ _SVM = 5_000  #: memory and time of the kernel matrix grow with the square of th
 _NETWORK = 10_000  #: training makes several passes over all recordings
 _KNN = 20_000  #: the time for the distances grows with the square of this number
 _OTHER = 30_000  #: training stores each feature three times in float64 (25 kB)
+#: Types of other packages that files of models may contain: `module:class`.
+OWN_TYPES = entry_points(group="ajgdata.model_types")
 #: Types that files of models may contain, in addition to the safe types of skops. A file with any
 #: other type is not loaded.
 TRUSTED_TYPES = (
     "ajgdata.models.cnn.CnnClassifier",
     "ajgdata.models.cnn.CnnRegressor",
+    "ajgdata.models.inputs.CovariatesAlone",
+    "ajgdata.models.inputs.WithCovariates",
+    "ajgdata.models.inputs.WithDimensions",
     "ajgdata.models.scaling.AtLeast",
     "ajgdata.models.scaling.Circular",
     "ajgdata.models.scaling.Compress",
@@ -35,6 +40,7 @@ TRUSTED_TYPES = (
     # k-NN uses a tree for up to 15 features, as after a projection of few recordings.
     "sklearn.metrics._dist_metrics.EuclideanDistance64",
     "sklearn.neighbors._kd_tree.KDTree",
+    *(point.value.replace(":", ".") for point in OWN_TYPES),
 )
 
 
@@ -119,6 +125,7 @@ MODELS = Registry(
         "cnn_per_bin": Model(
             "ajgdata.models.cnn:cnn_per_bin", "CNN, scale per bin", _NETWORK, extra="cnn"
         ),
+        "covariates_alone": Model("ajgdata.models.inputs:covariates_alone", "covariates alone"),
     },
 )
 #: Models that share one job, because measuring one of them takes about as long as starting a job.
@@ -126,6 +133,8 @@ PLAIN_MODELS = ("linear", "ridge", "knn", "linear_plain", "ridge_plain", "knn_pl
 #: The model of the paper, and its baseline with a published value.
 PAPER_MODEL = "cnn"
 BASELINE = "knn_plain"
+#: The model without the feature, which every task with covariates also has.
+COVARIATES_ALONE = "covariates_alone"
 for _point in OWN_MODELS:
     MODELS.add(_point.name, Model(_point.value, _point.name, several=False), _point)
 

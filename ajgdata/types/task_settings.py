@@ -27,6 +27,7 @@ class TrainingSettings(Strict):
     placebo_objects: tuple[str, ...] = ()  #: `placebo` of the data set: no model is trained on them
     augment: Augment | None = None
     balance: bool = False
+    covariates: tuple[str, ...] = ()  #: columns of numbers that models get besides the feature
 
 
 class TaskSettings(TrainingSettings):

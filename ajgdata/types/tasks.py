@@ -9,6 +9,7 @@ from pydantic import Field, JsonValue, model_validator
 from ajgdata.types.augment import Augment
 from ajgdata.types.base import Distinct, Strict
 from ajgdata.types.names import ModelName, Name
+from ajgdata.types.registry import COVARIATES_ALONE
 
 #: Name of the experiment whose settings are keys of the task itself.
 CROSS_VALIDATION = "cross_validation"
@@ -93,6 +94,11 @@ class Task(CrossValidationSettings):
         description="two columns with a position, e.g. [x, y]: the report also shows true and "
         "predicted class over them; null: no map",
     )
+    covariates: Annotated[tuple[str, ...], Distinct] = Field(
+        (),
+        description="columns of known numbers that models get besides the feature, e.g. "
+        "robot_force_n; predictions also need their values",
+    )
     experiments: dict[Name, dict[str, JsonValue]] = Field(
         {}, description="settings of additional experiments, by name of the experiment"
     )
@@ -125,6 +131,8 @@ class Task(CrossValidationSettings):
             experiments[CROSS_VALIDATION] = {
                 key: getattr(self, key) for key in CrossValidationSettings.model_fields
             }
+            if self.covariates and COVARIATES_ALONE not in self.models:
+                experiments[CROSS_VALIDATION]["models"] = (*self.models, COVARIATES_ALONE)
         experiments.update(self.experiments)
         return experiments
 

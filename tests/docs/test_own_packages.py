@@ -1,4 +1,4 @@
-"""The two example packages, installed with pip: their model and experiment run."""
+"""The example packages, installed with pip: their models and experiment run."""
 
 import json
 import os
@@ -15,8 +15,13 @@ import json
 from experiment_samples import measured, small_inputs, task_results
 from ajgdata.experiments.registry import load_experiment, measuring_half
 from ajgdata.store.code_hash import code_hash
+from ajgdata.models import make_model
 from ajgdata.types import DatasetSpec
+from ajgdata.types.input_layout import InputLayout
+from ajgdata.types.registry import TRUSTED_TYPES
+import numpy as np
 
+layout = InputLayout({"time": np.arange(4) / 8, "mel": np.arange(3)})
 spec = DatasetSpec.model_validate({
     "name": "d", "title": "d", "description": "d",
     "targets": {"object": {"kind": "classification"}},
@@ -37,6 +42,8 @@ print(json.dumps({
     "figures": len(list(experiment.figures(results))),
     "files": [str(source.file) for source in measuring_half("repeatability")],
     "hashes": [code_hash("features"), code_hash("train")],
+    "dimensions": make_model("modulations", "regression", layout=layout).estimator[0].frame_s,
+    "types": [name for name in TRUSTED_TYPES if name.startswith("own_")],
 }))
 """
 
@@ -60,7 +67,7 @@ def run(*paths: Path) -> dict:
 
 
 def test_an_own_model_and_an_own_experiment(tmp_path):
-    for name in ("own_model", "own_experiment"):
+    for name in ("own_model", "own_dimensions", "own_experiment"):
         source = tmp_path / name
         source.mkdir()
         for file in (EXAMPLES / f"{name}_package").iterdir():
@@ -74,6 +81,8 @@ def test_an_own_model_and_an_own_experiment(tmp_path):
     assert distances["same grasp"] < 0.05 * distances["same label, other grasp"]
     assert distances["same label, other grasp"] < distances["other label"]
     assert (result["rows"], result["figures"]) == (3, 1)
+    assert result["dimensions"] == 1 / 8  # s, from the coordinates
+    assert result["types"] == ["own_dimensions.Modulations"]
     assert str(tmp_path / "installed" / "own_experiment.py") in result["files"]
     # an edit of the model concerns models, not features
     with (tmp_path / "installed" / "own_model.py").open("a") as stream:

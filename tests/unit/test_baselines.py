@@ -9,7 +9,7 @@ from ajgdata.models.scaling import Compress
 from ajgdata.types import MODELS
 
 #: Of the CNN, see test_cnn.py.
-NAMES = [name for name in MODELS if not name.startswith("cnn")]
+NAMES = [name for name in MODELS if not name.startswith(("cnn", "covariates"))]
 EVERY = [(name, kind) for name in NAMES for kind in ("classification", "regression")]
 
 
