@@ -8,11 +8,12 @@ import signal
 import subprocess
 import time
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from typing import Any, Protocol
 
 from ajgdata.acquire.robot_numbers import parse_numbers
+from ajgdata.acquire.signals import ending_signals_delayed
 from ajgdata.types import DataError
 from ajgdata.types.protocol import RobotProgram, Step
 
@@ -157,21 +158,31 @@ class CommandRobot:
             raise RobotError(where, f"{name} printed {error}", fix) from None
 
     def _run(self, message: str, limit_s: float) -> tuple[int, str, str]:
-        """Return exit code, standard output and standard error of the program."""
-        with subprocess.Popen(
-            self._program.command,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            errors="replace",
-            start_new_session=True,
-        ) as process:
-            try:
-                output, errors = process.communicate(message, timeout=limit_s)
-            except BaseException:  # the program ends, so the arm stops
+        """Return exit code, standard output and standard error of the program.
+
+        After an error or a signal, the program is killed, so the arm stops.
+        """
+
+        def kill_after_error(kind: type[BaseException] | None, *_: object) -> None:
+            if kind is not None:
                 _kill(process)
-                raise
+
+        with ExitStack() as stack:
+            # A signal during the start would leave a program that nothing ends.
+            with ending_signals_delayed():
+                process = stack.enter_context(
+                    subprocess.Popen(
+                        self._program.command,
+                        stdin=subprocess.PIPE,
+                        stdout=subprocess.PIPE,
+                        stderr=subprocess.PIPE,
+                        text=True,
+                        errors="replace",
+                        start_new_session=True,
+                    )
+                )
+                stack.push(kill_after_error)
+            output, errors = process.communicate(message, timeout=limit_s)
         return process.returncode, output, errors
 
 

@@ -44,6 +44,36 @@ def ended_by_signals(*, also_ctrl_c: bool = False) -> Iterator[None]:
 
 
 @contextmanager
+def ending_signals_delayed() -> Iterator[None]:
+    """Let ending signals that arrive in the block take effect at its end.
+
+    The handlers of Python are delayed, not the default actions of the system. In another thread,
+    this does nothing, because only the main thread receives signals.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    received: list[tuple[int, FrameType | None]] = []
+
+    def remember(number: int, frame: FrameType | None) -> None:
+        received.append((number, frame))
+
+    before = {}
+    for number in ENDING_SIGNALS:
+        handler = signal.getsignal(number)
+        if callable(handler):
+            before[number] = handler
+            signal.signal(number, remember)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        for number, frame in received[:1]:  # the first signal ends the program
+            before[signal.Signals(number)](number, frame)
+
+
+@contextmanager
 def undisturbed() -> Iterator[None]:
     """Ignore the ending signals in the block.
 

@@ -9,6 +9,7 @@ import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from itertools import chain, islice
 from typing import TypeVar
 
@@ -57,7 +58,11 @@ def results_of(
     try:
         with ProcessPoolExecutor(min(processes, MAX_PROCESSES), context, _prepare_worker) as pool:
             try:
-                blocks = [pool.submit(_each, function, block) for block in _blocks(every)]
+                waiting = _blocks(every)
+                with _interrupts_blocked():  # the processes start with the first blocks
+                    begun = islice(waiting, processes)
+                    blocks = [pool.submit(_each, function, block) for block in begun]
+                blocks += [pool.submit(_each, function, block) for block in waiting]
                 return [result for block in blocks for result in block.result()]
             except BaseException:  # after Ctrl-C as well, blocks that have not begun are dropped
                 pool.shutdown(cancel_futures=True)
@@ -66,6 +71,22 @@ def results_of(
         problem = "one of the processes that share this job was killed, perhaps for lack of memory"
         fix = "close other programs, or run again with `--cores 1`"
         raise DataError(f"process {os.getpid()}", problem, fix) from None
+
+
+@contextmanager
+def _interrupts_blocked() -> Iterator[None]:
+    """Block Ctrl-C for this thread and for processes that it starts, except on Windows.
+
+    A process inherits the block, so Ctrl-C does not end it before it ignores Ctrl-C.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _blocks(items: Iterator[Item]) -> Iterator[list[Item]]:

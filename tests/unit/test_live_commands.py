@@ -313,13 +313,14 @@ def test_what_cannot_be_sorted_is_refused_before_anything_moves(run, changes, sa
 
 ROBOT = """
 read asked; echo "$asked" >> robot.log
-case "$asked" in *'"jam"'*) sleep 30;; esac
+case "$asked" in *'"jam"'*) sleep 3000;; esac
 """
 
 
 def test_sigterm_in_the_middle_of_a_step_halts_the_robot(run):
     """The robot's program sleeps while it jams: it is ended, and `halt` is its next step."""
-    file = plan(objects=["screw"], robot={"command": ["sh", "-c", ROBOT]}, references=None)
+    robot = {"command": ["sh", "-c", ROBOT], "timeout_s": 3000}
+    file = plan(objects=["screw"], robot=robot, references=None)
     log = Path("robot.log")
     log.touch()
     program = [sys.executable, "-c", "from ajgdata.cli import main; main()", "sort", file]
@@ -332,7 +333,7 @@ def test_sigterm_in_the_middle_of_a_step_halts_the_robot(run):
             assert time.monotonic() < end and process.poll() is None, process.communicate()
             time.sleep(0.02)
         process.send_signal(signal.SIGTERM)
-        out, err = process.communicate(timeout=25)  # sooner than the step would have ended
+        out, err = process.communicate(timeout=300)  # sooner than the step would have ended
     finally:
         process.kill()
     assert process.returncode == 128 + signal.SIGTERM, err

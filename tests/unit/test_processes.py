@@ -98,26 +98,42 @@ def test_an_error_of_the_items_ends_the_other_processes(few):
     assert multiprocessing.active_children() == []
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
-def test_processes_end_with_their_parent(number):
+JOB = """
+import multiprocessing, signal, time
+from ajgdata.pipeline.processes import results_of
+
+def compute(item):
+    if item == 0:
+        print("computing", flush=True)
+    time.sleep(0.01)
+
+def items():
+    yield from range(1100)
+    print("starting", flush=True)  # the other processes import their modules
+    yield from range(1100, 10_000)
+
+if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # pytest-xdist ignores it
+    results_of(compute, items(), 2)
+"""
+
+
+@pytest.mark.parametrize(
+    ("number", "moment"),
+    [(signal.SIGINT, "starting"), (signal.SIGINT, "computing"), (signal.SIGKILL, "computing")],
+)
+def test_processes_end_with_their_parent(tmp_path, number, moment):
     """Ctrl-C reaches all processes of a terminal; a lack of memory may kill only the parent."""
-    code = (
-        "import signal, time\n"
-        "signal.signal(signal.SIGINT, signal.default_int_handler)  # pytest-xdist ignores it\n"
-        "from ajgdata.pipeline.processes import results_of\n"
-        "def items():\n"
-        "    yield from [0.01] * 1100\n"
-        "    print('started', flush=True)\n"
-        "    yield from [0.01] * 9000\n"
-        "results_of(time.sleep, items(), 2)\n"
-    )
-    command = [sys.executable, "-c", code]
+    (tmp_path / "job.py").write_text(JOB)
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    command = [sys.executable, tmp_path / "job.py"]
     with subprocess.Popen(command, start_new_session=True, **pipes) as parent:
-        assert parent.stdout.readline() == "started\n"
-        time.sleep(1)  # until the other process computes
+        printed = ""
+        while printed != f"{moment}\n":
+            printed = parent.stdout.readline()
+            assert printed
         send = os.killpg if number == signal.SIGINT else os.kill
         send(parent.pid, number)
-        errors = parent.communicate(timeout=30)[1]  # the other process has closed the pipes
+        errors = parent.communicate(timeout=300)[1]  # the other process has closed the pipes
     assert parent.returncode == -number
     assert errors.count("Traceback") == (number == signal.SIGINT)

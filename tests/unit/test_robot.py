@@ -1,6 +1,8 @@
 """Robots: the steps in their order, and programs that fail, hang or talk nonsense."""
 
 import json
+import signal
+import subprocess
 import sys
 import time
 from pathlib import Path
@@ -8,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from ajgdata.acquire.robot import RobotError, RobotGrasp, grasp_once, make_robot
+from ajgdata.acquire.signals import ended_by_signals
 from ajgdata.types.protocol import PAPER_SEQUENCE, RobotProgram
 
 PLACE = RobotGrasp("cube_01", "cube", 1, 8.0)
@@ -134,6 +137,24 @@ def test_a_program_that_hangs_is_ended_with_what_it_started(tmp_path):
     while state.exists() and state.read_text().split()[2] != "Z":
         assert time.monotonic() < end, "what the program started lives on"
         time.sleep(0.01)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="the program has no process group")
+def test_a_signal_during_the_start_of_a_program_ends_the_program(monkeypatch):
+    started = []
+
+    class Signalled(subprocess.Popen):
+        def __init__(self, *arguments, **options):
+            super().__init__(*arguments, **options)
+            started.append(self)
+            signal.raise_signal(signal.SIGTERM)
+
+    monkeypatch.setattr(subprocess, "Popen", Signalled)
+    robot = make_robot(RobotProgram(command=("sleep", "3000")), print)
+    with pytest.raises(SystemExit) as ended, ended_by_signals():
+        robot.move("jam")
+    assert ended.value.code == 128 + signal.SIGTERM
+    assert started[0].returncode == -signal.SIGKILL
 
 
 def test_a_program_that_is_missing_is_named():
