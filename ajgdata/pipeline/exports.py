@@ -30,6 +30,9 @@ def write_exports(report: Report, results: Sequence[TaskResults], folder: Path) 
         tables[PAPER_TABLE] = paper_table(report.comparisons)
     for result in results:
         tables.update(table_files(result))
+    for diagnosis in report.diagnoses:
+        if diagnosis.plan:
+            tables[diagnosis.plan_table.name] = diagnosis.plan_table
     for page in report.pages:
         for figure in page.figures:
             if figure.table is not None:

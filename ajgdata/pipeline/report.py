@@ -100,6 +100,7 @@ def build_report(
         [Link(experiment_link(page.name), page.title, page.about) for page in report.pages],
         page_names,
         compares=bool(report.comparisons),
+        diagnoses=bool(report.diagnoses),
     )
     _write_pages(paths, report, results, nav, existing_published)
     _write_study_pages(paths, existing_studies, causes, tables_of_causes, nav)
@@ -217,6 +218,8 @@ def _write_pages(
     old = [*STUDIES, CAUSES_PAGE, "ablations"]  # the last one is the former name of the causes
     if not report.comparisons:
         old.append("paper")
+    if not report.diagnoses:
+        old.append("diagnosis")
     for name in old:
         paths.page(name).unlink(missing_ok=True)
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from ajgdata.experiments.base import TaskResults
 from ajgdata.experiments.cross_validation_results import training_cost
+from ajgdata.experiments.diagnosis import diagnosis
 from ajgdata.experiments.hypotheses import reasons_of
 from ajgdata.experiments.prediction_list import prediction_list
 from ajgdata.experiments.registry import load_experiment
@@ -29,7 +30,7 @@ from ajgdata.report.comparison import (
 )
 from ajgdata.report.format import number
 from ajgdata.report.navigation import experiment_link
-from ajgdata.report.report_data import Report, ReportPart, TaskSection
+from ajgdata.report.report_data import Diagnosis, Report, ReportPart, TaskSection
 from ajgdata.store.features import read_store
 from ajgdata.store.files import read_json
 from ajgdata.store.models import ABOUT_FILE, read_description
@@ -84,6 +85,7 @@ def report_content(
         paper=tuple(paper.values()),
         opening=_opening_picture(paths),
         machine=f"{cpu_name()}, {os.cpu_count()} cores",
+        diagnoses=() if rows else tuple(_diagnoses(paths, results)),
     )
     return dataclasses.replace(report, answer=tuple(answer(report)))
 
@@ -124,6 +126,13 @@ def _sections(paths: Paths, results: Sequence[TaskResults]) -> Iterator[TaskSect
     for (dataset, task), own in by_task.items():
         parts = tuple(_part(paths, result, links(dataset)) for result in own)
         yield TaskSection(dataset, task, own[0].title, own[0].source, parts)
+
+
+def _diagnoses(paths: Paths, results: Sequence[TaskResults]) -> Iterator[Diagnosis]:
+    """Yield the diagnosis of each task with a cross-validation by grasp."""
+    for result in results:
+        if result.experiment == CROSS_VALIDATION and result.task_settings.groups == "grasp_id":
+            yield diagnosis(result, sound_links(paths, result.dataset))
 
 
 def _part(paths: Paths, results: TaskResults, link: Callable[[str], str]) -> ReportPart:

@@ -62,6 +62,7 @@ class TaskOverview(NamedTuple):
 
     forest: ForestTable | None
     figures: list[DrawnFigure]
+    diagnoses: list[str]
     advice: list[str]
     is_learning_curve_missing: bool
     quarantined: str
@@ -146,6 +147,7 @@ def _overview(report: Report, figures: Mapping[str, DrawnFigure]) -> TaskOvervie
     return TaskOverview(
         forest=model_forest(report.sections, with_badges=report.has_both_sources),
         figures=[figures[figure.name] for figure in task_figures(report)],
+        diagnoses=[f"{diagnosis.title}: {diagnosis.answer}" for diagnosis in report.diagnoses],
         advice=[f"{section.title}: {text}" for section, text in report.advice],
         is_learning_curve_missing=LEARNING_CURVE not in experiments,
         quarantined=f"{many(n_quarantined, 'recording')} quarantined" if n_quarantined else "",

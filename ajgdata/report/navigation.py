@@ -93,6 +93,8 @@ class GroupOnPage(NamedTuple):
 
 #: Page of a report that compares results with published values.
 PAPER_PAGE = Link("paper.html", "Comparison with the paper", "Results")
+#: Page of own data: object or placement.
+DIAGNOSIS_PAGE = Link("diagnosis.html", "Object or placement?", "Results")
 #: Pages that every report has, by file name without suffix.
 FIXED = {
     "datasets": Link("datasets.html", "Data sets", "This run"),
@@ -116,12 +118,17 @@ def link_from_report(paths: Paths, target: Path) -> str:
 
 
 def navigation(
-    experiments: Sequence[Link], pages: Sequence[str], *, compares: bool = True
+    experiments: Sequence[Link],
+    pages: Sequence[str],
+    *,
+    compares: bool = True,
+    diagnoses: bool = False,
 ) -> list[Group]:
     """Return the navigation of a report, in the order in which it is shown.
 
     `experiments` are links to the pages on experiments. `pages` are the names of the pages on
     causes and on the virtual gripper. `compares`: results are compared with published values.
+    `diagnoses`: the report has the page on object or placement.
     """
     studies = [
         Link(f"{name}.html", lead.title, lead.about)
@@ -130,6 +137,7 @@ def navigation(
     ]
     links = [
         Link(INDEX, "Overview", "Results"),
+        *([DIAGNOSIS_PAGE] if diagnoses else []),
         *([PAPER_PAGE] if compares else []),
         *(link for link in studies if link.about == "Results"),
         *experiments,

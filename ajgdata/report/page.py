@@ -6,10 +6,11 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from ajgdata.paths import INDEX, Paths
 from ajgdata.report.datasets_page import datasets_view
+from ajgdata.report.diagnosis_page import diagnosis_view
 from ajgdata.report.experiment_page import experiment_view, replaced_names
 from ajgdata.report.figures import spectra_figure
 from ajgdata.report.index_page import index_view
-from ajgdata.report.navigation import FIXED, PAPER_PAGE, Group, experiment_link
+from ajgdata.report.navigation import DIAGNOSIS_PAGE, FIXED, PAPER_PAGE, Group, experiment_link
 from ajgdata.report.paper_page import paper_view
 from ajgdata.report.render import DrawnFigure, render
 from ajgdata.report.report_data import Illustration, Report
@@ -21,6 +22,8 @@ def illustrations(report: Report) -> Iterator[Illustration]:
     for dataset in report.datasets:
         if dataset.spectra is not None:
             yield spectra_figure(dataset, dataset.spectra)
+    for diagnosis in report.diagnoses:
+        yield diagnosis.figure
     for page in report.pages:
         yield from page.figures
     replaced = {name for page in report.pages for name in replaced_names(page)}
@@ -45,6 +48,8 @@ def render_pages(
     datasets = FIXED["datasets"].link
     run = FIXED["run"].link
     views: dict[str, tuple[str, object]] = {INDEX: ("index.html.j2", index_view(report, figures))}
+    if report.diagnoses:
+        views[DIAGNOSIS_PAGE.link] = ("diagnosis.html.j2", diagnosis_view(report, figures))
     if report.comparisons:
         views[PAPER_PAGE.link] = ("paper.html.j2", paper_view(report))
     views[datasets] = ("datasets.html.j2", datasets_view(report, figures, published, paths))

@@ -205,6 +205,35 @@ class ExperimentPage:
     comparison_note: str = ""
 
 
+class PlanRow(NamedTuple):
+    """A line of the plan of a session: an object is placed, and grasped `grasps` times."""
+
+    step: int
+    label: str
+    placement: int
+    grasps: int
+
+
+class Diagnosis(NamedTuple):
+    """Whether a model recognises the object or the placement, and what to record next.
+
+    `title` names the task. `answer` and `explanation` are sentences, `sounds` are texts with links
+    to recordings, and `sounds_text` states what to listen for. `plan` is the plan of the next
+    session, and `plan_table` the same as a table. The plan is empty for a target of numbers.
+    """
+
+    title: str
+    source: Source
+    answer: str
+    explanation: str
+    figure: Illustration
+    sounds: tuple[tuple[str, str], ...]
+    sounds_text: str
+    advice: str
+    plan: tuple[PlanRow, ...]
+    plan_table: Table
+
+
 @dataclass(frozen=True, eq=False)
 class Report:
     """Content of all pages.
@@ -219,6 +248,7 @@ class Report:
     - `answer`: up to three sentences
     - `practice`: topics with links and conclusions
     - `machine`: the computer that wrote the report
+    - `diagnoses`: object or placement, for each task of own data
     """
 
     title: str
@@ -239,6 +269,7 @@ class Report:
     answer: tuple[str, ...] = ()
     practice: tuple[tuple[str, str, str], ...] = ()
     machine: str = ""
+    diagnoses: tuple[Diagnosis, ...] = ()
 
     @property
     def issues(self) -> IssueCounts:
