@@ -20,6 +20,18 @@ class ListedPrediction(NamedTuple):
     pair: str
     is_wrong: bool
 
+    @property
+    def predicted_text(self) -> str:
+        """Return the predicted class, with a tick if it is correct."""
+        return self.predicted if self.is_wrong else f"{self.predicted} ✓"
+
+
+class ShownPrediction(NamedTuple):
+    """A listed prediction; the first one of each pair of classes has an anchor for the matrix."""
+
+    prediction: ListedPrediction
+    anchor: str
+
 
 class MatrixCell(NamedTuple):
     """A cell of a matrix of classes: a number of predictions, and the anchor of listed ones.
@@ -58,6 +70,9 @@ class PredictionList(NamedTuple):
     matrix: tuple[MatrixRow, ...] = ()
 
     @property
-    def anchors(self) -> dict[str, str]:
-        """Return the first recording of each anchor: links of the matrix lead to it."""
-        return {row.pair: row.recording for row in reversed(self.rows)}
+    def shown(self) -> list[ShownPrediction]:
+        """Return the rows with their anchors."""
+        first = {row.pair: row for row in reversed(self.rows)}
+        return [
+            ShownPrediction(row, row.pair if first[row.pair] is row else "") for row in self.rows
+        ]

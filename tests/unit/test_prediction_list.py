@@ -25,10 +25,11 @@ def test_each_number_of_the_matrix_leads_to_its_recordings():
     assert sorted(wrong) == ["r3", "r4", "r5"]
     (of_basalt,) = [row for row in listed.rows if row.recording == "r3"]
     assert of_basalt.link == "" and of_basalt.pair == listed.matrix[0].cells[1].anchor
-    assert listed.anchors[of_basalt.pair] == "r3"
     filter_text = f"label={CLASSES[0]} predicted={CLASSES[1]}"
     assert shlex.split(listed.matrix[0].cells[1].command)[-1] == filter_text
     assert listed.command.endswith("--sort=-confidence") and "wrong=yes" in listed.command
+    anchors = {shown.anchor: shown.prediction.recording for shown in listed.shown if shown.anchor}
+    assert anchors[of_basalt.pair] == "r3" and len(anchors) == 4
     # One correct prediction of each class is listed for comparison.
     assert sorted(row.true for row in listed.rows if not row.is_wrong) == sorted(CLASSES)
 
