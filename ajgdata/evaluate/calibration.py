@@ -78,19 +78,19 @@ def reliability(confidence: np.ndarray, is_correct: np.ndarray) -> list[Confiden
     ]
 
 
-def accuracy_by_coverage(
-    confidence: np.ndarray, is_correct: np.ndarray, coverages: Sequence[float]
+def accuracy_of_most_confident(
+    confidence: np.ndarray, is_correct: np.ndarray, shares: Sequence[float]
 ) -> list[float]:
-    """Return the accuracy of the most confident predictions, for each of the `coverages`.
+    """Return the accuracy of the most confident predictions, for each of the `shares`.
 
-    `confidence` (n,) and the boolean `is_correct` (n,) are those of n predictions. A coverage is
-    their share that is kept, above 0 and up to 1; a part of a prediction counts as this part. Of
-    equally confident predictions, a random part is kept, so their mean accuracy counts.
+    `confidence` (n,) and the boolean `is_correct` (n,) are those of n predictions. A share is that
+    of the predictions that are kept, above 0 and up to 1; a part of a prediction counts as this
+    part. Of equally confident predictions, a random part is kept, so their mean accuracy counts.
 
     >>> import numpy as np
-    >>> from ajgdata.evaluate.calibration import accuracy_by_coverage
+    >>> from ajgdata.evaluate.calibration import accuracy_of_most_confident
     >>> is_correct = np.array([False, True, True, False])
-    >>> accuracy_by_coverage(np.array([0.5, 0.9, 0.5, 0.5]), is_correct, [0.25, 1.0])
+    >>> accuracy_of_most_confident(np.array([0.5, 0.9, 0.5, 0.5]), is_correct, [0.25, 1.0])
     [1.0, 0.5]
     """
     values, member = np.unique(-confidence, return_inverse=True)
@@ -98,7 +98,7 @@ def accuracy_by_coverage(
     correct = np.bincount(member, is_correct, minlength=len(values))
     kept = np.concatenate([[0.0], np.cumsum(counts)])
     kept_correct = np.concatenate([[0.0], np.cumsum(correct)])
-    numbers = np.array(coverages) * len(confidence)
+    numbers = np.array(shares) * len(confidence)
     accuracy: list[float] = (np.interp(numbers, kept, kept_correct) / numbers).tolist()
     return accuracy
 

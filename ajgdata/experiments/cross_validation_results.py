@@ -18,7 +18,7 @@ from ajgdata.evaluate.agreement import (
     Interval,
     placebo_test,
 )
-from ajgdata.evaluate.calibration import accuracy_by_coverage
+from ajgdata.evaluate.calibration import accuracy_of_most_confident
 from ajgdata.evaluate.design import Design
 from ajgdata.evaluate.metrics import wrapped
 from ajgdata.evaluate.mirror import MirrorErrors, mirror_errors
@@ -77,7 +77,7 @@ PLACEBO_HEADING = "placebo: one object under several names"
 CONFUSED = 0.1
 MAX_CONFUSED = 3
 #: Shares of predictions that are kept, in the figure of confident predictions.
-COVERAGES = tuple(share / 20 for share in range(1, 21))
+SHARES_KEPT = tuple(share / 20 for share in range(1, 21))
 SHORTEST_S = 1e-3  #: shorter times are drawn as this on a logarithmic axis
 
 
@@ -360,37 +360,37 @@ def run_times(results: TaskResults) -> Table:
     return table_of("run times", "Error and run time", rows, **columns, error=error)
 
 
-def coverage_table(results: TaskResults) -> Table:
+def confidence_table(results: TaskResults) -> Table:
     """Return the accuracy of the most confident predictions by their share, for each model.
 
     There are no rows unless the task requests them. A model without probabilities has none.
     """
     rows = []
     parts = [GROUPED, *(elsewhere(name) for name in results.settings.test_on)]
-    for model in models_of(results) if results.task_settings.coverage else ():
+    for model in models_of(results) if results.task_settings.by_confidence else ():
         for part in filter(model.has, parts):
             confidence = model.confidence(part)
             if np.isnan(confidence).any():
                 continue
             true, predicted = model.predictions(part)
-            accuracy = accuracy_by_coverage(confidence, true == predicted, COVERAGES)
+            accuracy = accuracy_of_most_confident(confidence, true == predicted, SHARES_KEPT)
             row = {"model": model.label, "test_set": part_columns(part, results.dataset).test_set}
             rows += [
-                {**row, "coverage": share, "accuracy": value}
-                for share, value in zip(COVERAGES, accuracy, strict=True)
+                {**row, "kept": share, "accuracy": value}
+                for share, value in zip(SHARES_KEPT, accuracy, strict=True)
             ]
-    columns = {"model": "Model", "test_set": "Tested on", "coverage": "Predictions kept"}
-    return table_of("coverage", "Confident predictions", rows, **columns, accuracy="Accuracy")
+    columns = {"model": "Model", "test_set": "Tested on", "kept": "Predictions kept"}
+    return table_of("confidence", "Confident predictions", rows, **columns, accuracy="Accuracy")
 
 
-def coverage_finding(results: TaskResults) -> str:
+def confidence_finding(results: TaskResults) -> str:
     """Return the accuracy of all, and of the most confident, predictions of the shown model."""
-    table = coverage_table(results)
+    table = confidence_table(results)
     labels = table.column("model")
     label = shown_model(results).label
     rows = table.where(model=label if label in labels else labels[0]).rows
-    ends = [f"{number(100 * row['accuracy'])} %" for row in (rows[len(COVERAGES) - 1], rows[0])]
-    share = number(100 * COVERAGES[0])
+    ends = [f"{number(100 * row['accuracy'])} %" for row in (rows[len(SHARES_KEPT) - 1], rows[0])]
+    share = number(100 * SHARES_KEPT[0])
     return f"{rows[0]['model']}: accuracy {ends[0]}, and {ends[1]} of the most confident {share} %"
 
 
@@ -437,17 +437,17 @@ PLOTS = (
     ),
     Plot(
         "lines",
-        coverage_table,
+        confidence_table,
         "accuracy on held-out recordings, if only the predictions with the highest probability of "
         "the predicted class are kept",
         value="accuracy",
-        x="coverage",
+        x="kept",
         panel="test_set",
         over="",
         cells={"model": "label", "test_set": "data set"},
-        percent=("accuracy", "coverage"),
-        title=coverage_finding,
-        name="coverage",
+        percent=("accuracy", "kept"),
+        title=confidence_finding,
+        name="confidence",
     ),
 )
 

@@ -17,7 +17,7 @@ PANELS_PER_ROW = 3
 PANEL_IN = 2.3
 #: Areas of the marks of a true class and of a predicted class (points squared).
 TRUE_AREA = 44
-PREDICTED_AREA = 11
+PREDICTED_AREA = 14
 
 
 class SurfacePoint(NamedTuple):
@@ -56,8 +56,10 @@ def surface_map_figure(
         predicted = [colour_of[point.predicted] for point in own]
         axes.scatter(x, y, TRUE_AREA, true, marker="s", linewidths=0)
         axes.scatter(x, y, PREDICTED_AREA, predicted, linewidths=0.6, edgecolors="white")
-        axes.set(title=words(session), xlabel=axes_titles[0], ylabel=axes_titles[1])
+        axes.set(title=words(session), xlabel=words(axes_titles[0]))
         axes.margins(0.1)
+    for axes in grid[::columns]:
+        axes.set_ylabel(words(axes_titles[1]))
     for axes in grid[len(points) :]:
         axes.set_visible(False)
     handles = [Line2D([], [], marker="s", ls="", color=colour) for colour in colour_of.values()]

@@ -146,7 +146,7 @@ class ImportSettings(Strict):
 #: Keys of a task that are not permitted for a kind of target.
 NOT_FOR: dict[Kind, tuple[str, ...]] = {
     "classification": ("withhold", "period_deg"),
-    "regression": ("classes", "min_groups", "balance", "coverage", "map"),
+    "regression": ("classes", "min_groups", "balance", "by_confidence", "map"),
 }
 #: Keys of a task that are not permitted for a target that is a vector.
 NOT_FOR_VECTORS = ("withhold", "period_deg")
@@ -337,7 +337,7 @@ class DatasetSpec(Strict):
         added: dict[str, Any] = {}
         if target.columns:
             added["axes"] = target.columns
-        for key in ("augment", "balance", "coverage", "covariates", "map"):
+        for key in ("augment", "balance", "by_confidence", "covariates", "map"):
             if getattr(declared, key):
                 added[key] = getattr(declared, key)
         return TaskSettings(

@@ -35,6 +35,6 @@ class TaskSettings(TrainingSettings):
 
     folds: int
     withhold: tuple[float, ...] = ()
-    coverage: bool = False
+    by_confidence: bool = False
     map: tuple[str, str] | None = None
     kinds: dict[str, Kind] = {}  #: kind of every target of the data set by name, for embeddings

@@ -85,7 +85,7 @@ class Task(CrossValidationSettings):
         description="true: training parts have equally many recordings of each class, which are "
         "drawn at random; test parts have all",
     )
-    coverage: bool = Field(
+    by_confidence: bool = Field(
         False,
         description="true: the report also shows the accuracy of the most confident predictions",
     )

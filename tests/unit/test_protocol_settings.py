@@ -1,4 +1,4 @@
-"""`balance`, `coverage` and `map` of a task: known answers, and messages for wrong settings."""
+"""`balance`, `by_confidence` and `map` of a task: known answers and messages."""
 
 import dataclasses
 
@@ -7,12 +7,12 @@ import pytest
 from experiment_samples import measured, small_inputs, task_results
 from pydantic import ValidationError
 
-from ajgdata.evaluate.calibration import accuracy_by_coverage
+from ajgdata.evaluate.calibration import accuracy_of_most_confident
 from ajgdata.evaluate.splits import balanced_folds, balanced_rows, grouped_folds
 from ajgdata.evaluate.task_data import TaskData
 from ajgdata.evaluate.transfer import Adaptation, leave_groups_out
 from ajgdata.experiments.cross_validation import EXPERIMENT
-from ajgdata.experiments.cross_validation_results import coverage_finding, coverage_table
+from ajgdata.experiments.cross_validation_results import confidence_finding, confidence_table
 from ajgdata.experiments.requests import requested_experiments
 from ajgdata.experiments.surface_map import points_of
 from ajgdata.report.canvas import styled
@@ -87,23 +87,23 @@ def test_all_splits_of_a_balanced_task_train_on_balanced_parts():
         assert outcome.about["parts"]["grouped"]["recordings"] == 40
 
 
-def test_accuracy_by_coverage_is_that_of_the_most_confident_predictions():
+def test_accuracy_of_most_confident_is_that_of_the_most_confident_predictions():
     confidence = np.array([0.9, 0.6, 0.8, 0.7])
     is_correct = np.array([True, False, True, False])
-    assert accuracy_by_coverage(confidence, is_correct, [0.25, 0.5, 0.75, 1]) == pytest.approx(
-        [1, 1, 2 / 3, 1 / 2]
-    )
-    # equal confidence says nothing: the accuracy does not depend on the coverage or the order
+    assert accuracy_of_most_confident(
+        confidence, is_correct, [0.25, 0.5, 0.75, 1]
+    ) == pytest.approx([1, 1, 2 / 3, 1 / 2])
+    # equal confidence says nothing: the accuracy does not depend on the share or the order
     equal = np.full(4, 0.5)
     for order in ([0, 1, 2, 3], [1, 3, 0, 2]):
-        assert accuracy_by_coverage(equal, is_correct[order], [0.1, 0.6, 1]) == pytest.approx(
+        assert accuracy_of_most_confident(equal, is_correct[order], [0.1, 0.6, 1]) == pytest.approx(
             [0.5, 0.5, 0.5]
         )
 
 
 def mapped():
     """Inputs and results with a map: both recordings of a grasp have the position of the grasp."""
-    inputs = small_inputs(map=("x", "y"), coverage=True)
+    inputs = small_inputs(map=("x", "y"), by_confidence=True)
     number = [int(name[3:]) for name in inputs.store.columns["grasp_id"].values]
     columns = {
         **inputs.store.columns,
@@ -116,7 +116,7 @@ def mapped():
 def test_the_map_has_a_point_per_position_with_its_most_frequent_prediction():
     outcome = measured("cross_validation", mapped(), "knn_plain")
     results = task_results(
-        "cross_validation", {"knn_plain": outcome}, dataset="d", map=("x", "y"), coverage=True
+        "cross_validation", {"knn_plain": outcome}, dataset="d", map=("x", "y"), by_confidence=True
     )
     points = points_of(results, "knn_plain")
     assert list(points) == ["s"] and len(points["s"]) == 30
@@ -132,19 +132,19 @@ def test_the_map_has_a_point_per_position_with_its_most_frequent_prediction():
     assert is_equal.tolist() == [p.true == p.predicted for p in points["s"]]
 
 
-def test_the_figure_of_coverage_ends_at_the_accuracy_of_all_predictions():
+def test_the_figure_of_confidence_ends_at_the_accuracy_of_all_predictions():
     outcome = measured("cross_validation", mapped(), "knn_plain")
     results = task_results(
-        "cross_validation", {"knn_plain": outcome}, dataset="d", map=("x", "y"), coverage=True
+        "cross_validation", {"knn_plain": outcome}, dataset="d", map=("x", "y"), by_confidence=True
     )
-    table = coverage_table(results)
+    table = confidence_table(results)
     pooled = outcome.tables[0].where(metric="accuracy", statistic="pooled", split="grouped")
-    assert table.rows[-1]["coverage"] == 1
+    assert table.rows[-1]["kept"] == 1
     assert table.rows[-1]["accuracy"] == pytest.approx(pooled.numbers("value")[0])
-    assert coverage_finding(results).startswith("k-NN, plain: accuracy ")
-    assert any(figure.name.endswith("--coverage") for figure in EXPERIMENT.figures(results))
+    assert confidence_finding(results).startswith("k-NN, plain: accuracy ")
+    assert any(figure.name.endswith("--confidence") for figure in EXPERIMENT.figures(results))
     silent = task_results("cross_validation", {"knn_plain": outcome}, dataset="d")
-    assert coverage_table(silent).rows == ()
+    assert confidence_table(silent).rows == ()
     assert not any("--map" in figure.name for figure in EXPERIMENT.figures(silent))
 
 
@@ -164,7 +164,7 @@ def spec(kind="classification", **task):
 
 
 @pytest.mark.parametrize(
-    ("key", "value"), [("balance", True), ("coverage", True), ("map", ["x", "y"])]
+    ("key", "value"), [("balance", True), ("by_confidence", True), ("map", ["x", "y"])]
 )
 def test_the_settings_are_for_classes(key, value):
     assert getattr(spec(**{key: value}).task_settings("t"), key)

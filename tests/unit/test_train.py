@@ -168,3 +168,21 @@ def test_references_are_recordings_without_object_and_without_label(store, targe
     compressed = np.arcsinh(whole.feature[23].astype(float) / guard["scale"])
     expected = (compressed - guard["mean"]) / guard["std"]
     np.testing.assert_allclose(guard["references"][0], expected, rtol=1e-5, atol=1e-6)
+
+
+@pytest.mark.usefixtures("uncalibrated")
+def test_a_balanced_model_is_trained_on_equally_many_recordings_of_each_class(store, tmp_path):
+    """11 of 23 recordings are odd and 12 even, in folders with and without balance."""
+    table = read_store(store)
+    kinds = table.columns["kind"].values
+    counts = {name: int((kinds == name).sum()) for name in ("even", "odd")}
+    assert counts == {"even": 12, "odd": 11}
+    settings = {"target": "kind", "kind": "classification", "unit": "", "groups": "grasp_id"}
+    for is_balanced in (False, True):
+        folder = tmp_path / str(is_balanced)
+        folder.mkdir()
+        training = TrainingSettings(**settings, balance=is_balanced)
+        train_model(table, training, model="knn_plain", seed=0, folder=folder)
+        about = json.loads((folder / "model.json").read_text())
+        assert about["recordings"] == (22 if is_balanced else 23)
+        assert ("balance" in about) == is_balanced
