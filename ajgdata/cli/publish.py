@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.markup import escape
@@ -11,9 +13,13 @@ from rich.markup import escape
 from ajgdata.cli.completion import dataset_names, source_names
 from ajgdata.cli.console import ATTENTION, say
 from ajgdata.cli.importing import show_import
-from ajgdata.paths import Paths, find_project
+from ajgdata.paths import Paths, Tree, find_project
 from ajgdata.store.sessions import read_dataset
+from ajgdata.types import DataError, many
 from ajgdata.types.extras import require_extra
+
+if TYPE_CHECKING:
+    from ajgdata.pipeline.upload import Destination
 
 
 def publish(
@@ -24,16 +30,27 @@ def publish(
         Path | None,
         typer.Option("--out", help="folder to write; default: results/published/NAME"),
     ] = None,
+    to: Annotated[
+        str,
+        typer.Option(metavar="hf:USER/NAME|zenodo", help="also send the folder; zenodo: a draft"),
+    ] = "",
+    yes: Annotated[bool, typer.Option("--yes", help="send without asking")] = False,
 ) -> None:
     """Export a data set for publication.
 
     The folder contains recordings, features, labels and their description for Croissant, Hugging
-    Face, Frictionless, xarray and people. `sha256sum -c SHA256SUMS` verifies its files.
+    Face, Frictionless, xarray and people. `sha256sum -c SHA256SUMS` verifies its files. With --to,
+    the command lists the files, asks, sends them, and checks them there. It publishes nothing: a
+    new repository is private, and Zenodo's draft waits for your click. If the upload is
+    interrupted, run the command again to resume.
     """
     require_extra("publish", "ajgdata publish")
     from ajgdata.pipeline.publish import publish as publish_dataset
 
+    if yes and not to:
+        raise typer.BadParameter("--yes is only used with --to")
     paths = find_project()
+    destination = _prepared_destination(paths, dataset, to, yes=yes) if to else None
     result = publish_dataset(paths, dataset, folder or paths.published(dataset))
     size = f"{result.bytes / 1e6:.1f} MB"
     summary = f"{escape(str(result.folder))}: {result.recordings} recordings, {size}"
@@ -43,6 +60,49 @@ def publish(
     if result.is_unlicensed:
         file = f"datasets/{dataset}/dataset.yaml"
         say(f"[yellow]no licence is stated[/yellow]: users must ask you; add it to {file}")
+    if destination is not None:
+        tree = Tree(result.folder)
+        total = _list_files(destination.sizes(tree))
+        _ask(f"Send {total} to {to}?", yes=yes)
+        for line in destination.send(tree, read_dataset(paths, dataset)):
+            say(escape(line))
+
+
+def _prepared_destination(paths: Paths, dataset: str, to: str, *, yes: bool) -> Destination:
+    """Return the destination of a data set; at Zenodo, the data set has a reserved DOI then."""
+    from ajgdata.pipeline.upload import ZenodoDestination, check_may_be_sent, destination_of
+
+    spec = read_dataset(paths, dataset)
+    check_may_be_sent(paths, dataset)
+    destination = destination_of(to)
+    file = paths.dataset(dataset)
+    destination.check(file, spec)
+    if isinstance(destination, ZenodoDestination) and not spec.doi:
+        server = destination.zenodo.endpoint
+        _ask(f"Create a draft at {server}, and write its DOI into {file}?", yes=yes)
+        doi = destination.reserve_doi(file)
+        say(escape(f"reserved {doi}, now in {file}"))
+    return destination
+
+
+def _list_files(sizes: Mapping[str, int]) -> str:
+    """Print the files to send (bytes by name), one line per folder; return number and size."""
+    folders: dict[str, list[int]] = {}
+    for name, size in sizes.items():
+        top, slash, _ = name.partition("/")
+        folders.setdefault(f"{top}{slash}", []).append(size)
+    for name, parts in folders.items():
+        say(f"  {escape(name):20} {many(len(parts), 'file'):>12} {sum(parts) / 1e6:12,.1f} MB")
+    return f"{many(len(sizes), 'file')}, {sum(sizes.values()) / 1e6:,.1f} MB"
+
+
+def _ask(question: str, *, yes: bool) -> None:
+    """End the command unless a person agrees, or has agreed with `yes`."""
+    if yes:
+        return
+    if not sys.stdin.isatty():
+        raise DataError("--to", "asks before it sends, and nobody can answer", "add --yes")
+    typer.confirm(question, abort=True)
 
 
 def fetch(

@@ -65,7 +65,7 @@ WORKING = {
         "ajgdata.studies.verification",
     },
     "publish": {"ajgdata.pipeline.feature_table", "ajgdata.pipeline.publish"},
-    "hub": {"ajgdata.store.remote.origins"},
+    "hub": {"ajgdata.store.remote.hub", "ajgdata.store.remote.origins"},
     "live": {"ajgdata.browse.site", "ajgdata.live.dashboard"},
     "export": {"ajgdata.export"},
 }

@@ -14,8 +14,18 @@ COMMANDS |= {
     f"device {name}": command for name, command in GROUP.commands["device"].commands.items()
 }
 #: Both uses mean the same name: of a session, of an object in the gripper, of a microphone (channel
-#: of a file, input of a sound card), of a model, of a task. `--all` lists what is else left out.
-TWO_TEXTS = {"--session", "--object", "--out", "--microphone", "--model", "--task", "--all"}
+#: of a file, input of a sound card), of a model, of a task. `--all` lists what is else left out,
+#: and with `--yes` a command asks nothing.
+TWO_TEXTS = {
+    "--all",
+    "--microphone",
+    "--model",
+    "--object",
+    "--out",
+    "--session",
+    "--task",
+    "--yes",
+}
 
 
 def test_options_have_a_short_help_and_one_meaning():

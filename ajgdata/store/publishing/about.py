@@ -30,6 +30,15 @@ DESCRIBED_FILES = {
 }
 
 
+def licence_identifier(licence: str) -> str:
+    """Return a licence that is written as an SPDX identifier; empty for another text.
+
+    >>> licence_identifier("CC-BY-4.0"), licence_identifier("not stated")
+    ('CC-BY-4.0', '')
+    """
+    return licence if re.fullmatch(r"[A-Za-z0-9.+-]+", licence) else ""
+
+
 @dataclass(frozen=True)
 class About:
     """Data set config, source, date (e.g. `2026-01-31`) and device of a published data set."""
@@ -58,8 +67,7 @@ class About:
     @property
     def spdx(self) -> str:
         """SPDX identifier of the licence; empty if the licence is not written as one."""
-        is_identifier = re.fullmatch(r"[A-Za-z0-9.+-]+", self.spec.licence)
-        return self.spec.licence if is_identifier else ""
+        return licence_identifier(self.spec.licence)
 
     @property
     def licence_url(self) -> str:
