@@ -54,6 +54,11 @@ class ChannelStatistics:
         correlates = self.lowest_correlation >= MIN_CORRELATION  # False for NaN
         return self.level_range_db <= MAX_LEVEL_DB and bool(correlates.all())
 
+    @property
+    def have_opposite_signs(self) -> bool:
+        """Return True if two channels contain nearly the same sound with opposite signs."""
+        return bool((self.lowest_correlation <= -MIN_CORRELATION).any())
+
     def text(self) -> str:
         """Return level and correlation of each channel in one line."""
         pairs = zip(self.level_dbfs, self.lowest_correlation, strict=True)

@@ -127,10 +127,13 @@ def _check_alike(scanned: Scan, statistics: ChannelStatistics | None) -> None:
 
 def channel_difference(statistics: ChannelStatistics) -> str:
     """Return why the channels of a folder are not averaged, with the measured values."""
-    return (
+    text = (
         f"its channels differ by more than {MAX_LEVEL_DB:g} dB or correlate by less than "
         f"{MIN_CORRELATION:g}, so they are not averaged ({statistics.text()})"
     )
+    if statistics.have_opposite_signs:
+        text += "; they have opposite signs, which cancel in the mean"
+    return text
 
 
 def _note_choice(

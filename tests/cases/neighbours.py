@@ -151,7 +151,7 @@ def write_taps(folder: Path, effect: str, taps: int) -> None:
                 if effect == "material":
                     amplitudes[TONES_HZ[3] if material == "wood" else 7000.0] = 0.3
                 sound = tones(amplitudes, [number, tap, finger])
-                write_wav(folder / "audio" / name / f"{tap}_{finger}.wav", sound, RATE_HZ)
+                write_wav(folder / "audio" / name / f"{tap}_{finger}.wav", sound, 44_100)
                 rows.append(f"{name},{tap},{finger},{material}")
     (folder / "labels.csv").write_text("\n".join(rows))
 

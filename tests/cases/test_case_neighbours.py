@@ -259,6 +259,7 @@ def test_the_mean_of_microphones_with_opposite_signs_is_refused_and_silent(
     printed = ajgdata("import", src, "--dataset", name)
     assert printed.code == 1
     assert "so they are not averaged (microphone 1: level -23.0 dBFS, correlation" in printed.text
+    assert "they have opposite signs, which cancel in the mean" in printed.text
     assert ajgdata("import", src, "--dataset", name, "--microphone", "mean").code == 0
     features(name)
     lines = paths.quarantine(name).read_text().splitlines()
