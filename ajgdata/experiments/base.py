@@ -143,15 +143,18 @@ class Inputs:
             return None
         return self.copy_maker.copies(other or self.dataset, data.name.tolist())
 
-    def placebo_data(self, other: str | None) -> TaskData:
-        """Return the recordings of one object under several names.
+    def placebo_data(self, other: str | None) -> TaskData | None:
+        """Return the recordings of one object under several names; None if there are none.
 
         They are in the data set `other`, with the classes or training values of the task, or else
-        the placebo objects of the store, with their names as values.
+        the placebo objects of the store, with their names as values. Names are no numbers, so a
+        regression has no placebo objects.
         """
         if other is not None:
             return self.data(other)
         task = self.task_settings
+        if not task.placebo_objects or task.kind != "classification":
+            return None
         return task_data(
             self.store,
             "object",

@@ -60,6 +60,7 @@ from ajgdata.experiments.scores import (
     PREDICTIONS,
     ScoreKey,
     ScoreRow,
+    axis_column,
     fold_scores,
     fold_statistic,
     score_table,
@@ -226,15 +227,14 @@ def evaluate_placebo(
 ) -> SplitResults | None:
     """Cross-validate `model` on one object under several names, by the splits of the task.
 
-    The recordings are in the data set `settings.placebo`, or else in that of the task: None if it
-    has none, and for a regression, because names are no numbers.
+    The recordings are in the data set `settings.placebo`, or else in that of the task; None if
+    there are none.
     """
     task = inputs.task_settings
     other = settings.placebo
-    has_own = bool(task.placebo_objects) and task.kind == "classification"
-    if other is None and not has_own:
-        return None
     data = inputs.placebo_data(other)
+    if data is None:
+        return None
     copies = inputs.copies(data, other)
     name = other or inputs.dataset
     splits = {
@@ -360,7 +360,7 @@ def prediction_titles(axes: Sequence[str]) -> dict[str, str]:
     titles: dict[str, str] = {}
     for key, title in PREDICTION_TITLES.items():
         if axes and key in VALUES:
-            titles.update({f"{key}_{axis}": f"{title} {axis}" for axis in axes})
+            titles.update({axis_column(key, axis): f"{title} {axis}" for axis in axes})
         else:
             titles[key] = title
     return titles
@@ -470,7 +470,7 @@ def _rows(
     }
     for key, values in zip(VALUES, (predictions.y_true, predictions.y_pred), strict=True):
         if axes:
-            columns.update({f"{key}_{a}": values[:, i] for i, a in enumerate(axes)})
+            columns.update({axis_column(key, axis): values[:, i] for i, axis in enumerate(axes)})
         else:
             columns[key] = values
     for cells in zip(*columns.values(), strict=True):

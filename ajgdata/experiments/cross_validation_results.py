@@ -38,7 +38,7 @@ from ajgdata.evaluate.parts import (
 )
 from ajgdata.experiments.base import Result, TaskResults
 from ajgdata.experiments.plots import Plot, binned
-from ajgdata.experiments.scores import PREDICTIONS, SCORES, is_fold
+from ajgdata.experiments.scores import PREDICTIONS, SCORES, axis_column, is_fold
 from ajgdata.report.comparison import (
     Mark,
     PaperFigure,
@@ -221,9 +221,8 @@ class ModelResult:
         given at the repetition nearest to the truth.
         """
         table = self.result.tables[PREDICTIONS].where(**self._columns(part))
-        suffix = f"_{axis}" if axis else ""
-        true = np.array(table.column(f"y_true{suffix}"))
-        predicted = np.array(table.column(f"y_pred{suffix}"))
+        true = np.array(table.column(axis_column("y_true", axis)))
+        predicted = np.array(table.column(axis_column("y_pred", axis)))
         if self.task.task_settings.period_deg:
             predicted = true + wrapped(predicted - true, self.task.task_settings.period_deg)
         return true, predicted

@@ -83,3 +83,8 @@ def fold_statistic(fold: int) -> str:
 def is_fold(statistic: object) -> bool:
     """Return whether a statistic is the value of one fold."""
     return str(statistic).startswith(_FOLD)
+
+
+def axis_column(key: str, axis: str) -> str:
+    """Return the column of predictions for one axis of a vector, or for a single column ("")."""
+    return f"{key}_{axis}" if axis else key

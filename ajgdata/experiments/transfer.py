@@ -211,14 +211,11 @@ def _placebo_scores(
 ) -> dict[Adaptation, GroupScores]:
     """Return the scores of one object under several names; empty if there is no placebo.
 
-    All groups of the placebo that are not left out are in the training part. Names are no numbers,
-    so a regression has no placebo objects.
+    All groups of the placebo that are not left out are in the training part.
     """
-    task = inputs.task_settings
-    has_own = bool(task.placebo_objects) and task.kind == "classification"
-    if settings.placebo is None and not has_own:
-        return {}
     data = inputs.placebo_data(settings.placebo)
+    if data is None:
+        return {}
     table = inputs.store if settings.placebo is None else inputs.other_sets[settings.placebo]
     cases = _measured_cases(inputs, settings, model, data, table, ())
     return {case.adaptation: result for case, result in cases.items()}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -53,7 +52,7 @@ def copy_maker(
             problem = f"has recordings of {dataset}, which models are tested on"
             raise DataError(file, problem, "use other recordings as noise")
         noise_names = tuple(noise.columns["recording"].values.tolist())
-        settings = json.loads(str(noise.attrs["settings"]))["audio"]
+        settings = noise.settings["audio"]
         same_rate = {"sample_rate_hz": own.sample_rate_hz, "other_rate": "resample"}
         read_audio[augment.noise_set] = AudioSettings.model_validate(settings | same_rate)
     reader = RecordingReader(paths, read_audio)

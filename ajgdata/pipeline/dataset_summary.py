@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable, Iterator
 from functools import cache
@@ -27,7 +26,6 @@ MAX_SPECTRA = 8
 
 def summary(paths: Paths, spec: DatasetSpec, store: FeatureRows) -> DatasetSummary:
     """Return the summary of a data set and its features."""
-    settings = json.loads(str(store.attrs["settings"]))
     has_players = bool(paths.run) and spec.features.needs_waveform
     return DatasetSummary(
         name=spec.name,
@@ -40,7 +38,7 @@ def summary(paths: Paths, spec: DatasetSpec, store: FeatureRows) -> DatasetSumma
         licence=spec.licence,
         citation=spec.citation,
         url=spec.url,
-        features=feature_settings(settings["features"]),
+        features=feature_settings(store.settings["features"]),
         provenance=dict(
             commit=str(store.attrs["git_commit"]),
             config_hash=settings_digest(spec.audio, spec.features, *spec.tasks.values()),

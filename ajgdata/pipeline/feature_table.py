@@ -10,10 +10,10 @@ from ajgdata.paths import Paths
 from ajgdata.store.features import read_store
 from ajgdata.store.files import write_bytes
 from ajgdata.store.findings import read_findings
-from ajgdata.store.freshness import check_up_to_date
+from ajgdata.store.freshness import check_computed, check_up_to_date
 from ajgdata.store.publishing.feature_table import feature_table_bytes
 from ajgdata.store.sessions import read_dataset
-from ajgdata.types import DataError, left_out
+from ajgdata.types import left_out
 
 
 @dataclass(frozen=True)
@@ -31,14 +31,10 @@ def export_table(paths: Paths, dataset: str, file: Path) -> ExportedTable:
     Raises DataError if the data set has no features, or if they are outdated.
     """
     spec = read_dataset(paths, dataset)
-    features = paths.features(dataset)
-    quarantine = paths.quarantine(dataset)
-    for path in (features, quarantine):
-        if not path.is_file():
-            raise DataError(path, "does not exist yet", f"run `ajgdata run {dataset}` first")
-    store = read_store(features)
+    check_computed(paths, dataset)
+    store = read_store(paths.features(dataset))
     check_up_to_date(paths, spec, session_names(spec.recipe))
     content = feature_table_bytes(store)
     write_bytes(file, content)
-    excluded = left_out(read_findings(quarantine))
+    excluded = left_out(read_findings(paths.quarantine(dataset)))
     return ExportedTable(len(store.feature), len(excluded), len(content))

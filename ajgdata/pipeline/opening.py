@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -193,8 +192,7 @@ def _sweep(folder: Path, audio: AudioSettings) -> np.ndarray:
 
 def _level_db(features: FeatureRows, row: int) -> np.ndarray:
     """Return the feature (bins,) of a row in dB relative to its largest bin."""
-    settings = json.loads(str(features.attrs["settings"]))
-    about = feature_settings(settings["features"])
+    about = feature_settings(features.settings["features"])
     if not (isinstance(about, FeatureSettings) and features.has_bins_only):
         raise NotPossibleError("the features are not spectra of one microphone")
     feature = np.asarray(features.feature[row], float)

@@ -99,7 +99,7 @@ def plan(
         recorded = set(list_sessions(paths, name)) - dropped_sessions(paths, name, virtual)
         if check:
             check_packages(paths, spec, requests, virtual, models)
-            _check(paths, spec, virtual, recorded)
+            _check(paths, spec, requests, virtual, recorded)
         names += sorted(others - set(names))
         sessions = sorted({*virtual, *recorded})
         if sessions:
@@ -118,10 +118,14 @@ def plan(
 
 
 def _check(
-    paths: Paths, spec: DatasetSpec, virtual: Sequence[str], recorded: Collection[str]
+    paths: Paths,
+    spec: DatasetSpec,
+    requests: Iterable[Request],
+    virtual: Sequence[str],
+    recorded: Collection[str],
 ) -> None:
     """Raise DataError for the first problem of a data set, see `plan`."""
-    problems = list(config_problems(paths, spec))
+    problems = list(config_problems(paths, spec, requests))
     if problems:
         problem, fix = problems[0]
         suffix = f" (and {len(problems) - 1} more)" if problems[1:] else ""
@@ -157,15 +161,18 @@ def check_packages(
             require_extra(MODELS[name].extra, f"{file}: model {name}")
 
 
-def config_problems(paths: Paths, spec: DatasetSpec) -> Iterator[tuple[str, str]]:
-    """Yield the problems of a config, each with its fix.
+def config_problems(
+    paths: Paths, spec: DatasetSpec, requests: Iterable[Request]
+) -> Iterator[tuple[str, str]]:
+    """Yield the problems of a config, whose experiments are `requests`, each with its fix.
 
     They are test sets that do not exist or lack the target, noise that is not a data set or is
     tested, and unknown published values.
     """
     known = list_datasets(paths)
     figures = parse_paper(read_paper(paths))
-    tested = other_sets(paths, spec)
+    # Each task with each other data set that its experiments need, once.
+    tested = list(dict.fromkeys((r.task, other) for r in requests for other in r.other_sets))
     for name, other in tested:
         target = spec.tasks[name].target
         if other == spec.name or other not in known:
@@ -188,16 +195,6 @@ def config_problems(paths: Paths, spec: DatasetSpec) -> Iterator[tuple[str, str]
                 f"task {name}: the paper has no figure {figure!r}",
                 f"use one of {', '.join(figures)}",
             )
-
-
-def other_sets(paths: Paths, spec: DatasetSpec) -> list[tuple[str, str]]:
-    """Return each task with each other data set that its experiments need, once.
-
-    Raises DataError for wrong settings of an experiment.
-    """
-    requests = all_requests(spec, paths.dataset(spec.name))
-    pairs = ((request.task, other) for request in requests for other in request.other_sets)
-    return list(dict.fromkeys(pairs))
 
 
 class Declared(dict[Any, Any]):

@@ -21,7 +21,7 @@ from ajgdata.store.code_hash import code_hash
 from ajgdata.store.features import FeatureRows, read_store, text_column, write_store
 from ajgdata.store.files import copy, json_bytes, replacing_folder, sha256_of, yaml_bytes
 from ajgdata.store.findings import read_findings
-from ajgdata.store.freshness import check_up_to_date
+from ajgdata.store.freshness import check_computed, check_up_to_date
 from ajgdata.store.lock import locked
 from ajgdata.store.provenance import commit_date, settings_digest, software
 from ajgdata.store.publishing import archive
@@ -88,9 +88,7 @@ def publish(
     _check_target(out)
     spec = read_dataset(paths, dataset)
     features = store or paths.features(dataset)
-    for path in (features, paths.quarantine(dataset)):
-        if not path.is_file():
-            raise DataError(path, "does not exist yet", f"run `ajgdata run {dataset}` first")
+    check_computed(paths, dataset, features)
     features_sha256 = file_sha256(features)
     contents = _contents(paths, spec, features)
     check_up_to_date(paths, spec, session_names(spec.recipe))

@@ -166,7 +166,7 @@ def _train(
             *arrays, grasp, model=model, kind=kind, objects=objects, copies=copies, **options
         )
     facts = {
-        **json.loads(str(table.attrs["settings"])),  # audio and features
+        **table.settings,  # audio and features
         "recordings": len(data.name),
         **table.coordinates,
         "classes": np.unique(data.value).tolist() if kind == "classification" else [],

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from ajgdata.experiments.requests import all_requests
+from ajgdata.experiments.requests import Request, all_requests
 from ajgdata.features.compute import FeatureComputer
 from ajgdata.paths import DATASET_FILE, Paths
 from ajgdata.pipeline.label_issues import label_issues, placebo_issues, placement_notes
@@ -39,10 +39,10 @@ def validate_dataset(paths: Paths, dataset: str) -> tuple[int, list[Finding]]:
     cannot be used.
     """
     spec = read_dataset(paths, dataset)
-    list(all_requests(spec, paths.dataset(dataset)))  # raises DataError for wrong experiments
+    requests = list(all_requests(spec, paths.dataset(dataset)))
     names = list_sessions(paths, dataset)
     sessions = [check_session(paths.session(dataset, name)) for name in names]
-    issues = [*_check_config(paths, spec, names), *_no_sessions(paths, spec, names)]
+    issues = [*_check_config(paths, spec, requests, names), *_no_sessions(paths, spec, names)]
     if spec.features.needs_waveform:
         issues += _check_sounds(paths, spec, sessions)
     else:
@@ -72,9 +72,11 @@ def _check_sounds(
     return [*issues, *_check_copies(paths, spec, used, prints)]
 
 
-def _check_config(paths: Paths, spec: DatasetSpec, names: Sequence[str]) -> Iterator[Finding]:
+def _check_config(
+    paths: Paths, spec: DatasetSpec, requests: Sequence[Request], names: Sequence[str]
+) -> Iterator[Finding]:
     """Yield errors of the data set config, and one if sessions are both simulated and recorded."""
-    for problem, fix in config_problems(paths, spec):
+    for problem, fix in config_problems(paths, spec, requests):
         yield Finding(DATASET_FILE, WHOLE, "", "error", "declaration", problem, fix)
     try:
         check_one_source(paths, spec, names)

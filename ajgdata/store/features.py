@@ -7,6 +7,7 @@ them.
 from __future__ import annotations
 
 import errno
+import json
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -64,6 +65,12 @@ class FeatureRows:
     columns: Mapping[str, FeatureColumn]
     attrs: Mapping[str, str | float | int]
     kind: str = "spectrum"
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """The settings that the features were computed with: `audio` and `features`."""
+        settings: dict[str, Any] = json.loads(str(self.attrs["settings"]))
+        return settings
 
     @property
     def flat(self) -> np.ndarray:

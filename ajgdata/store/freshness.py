@@ -263,6 +263,16 @@ def changes_since_features(
     return changes
 
 
+def check_computed(paths: Paths, dataset: str, features: Path | None = None) -> None:
+    """Raise DataError if a data set has no feature file, or no table of its issues.
+
+    The feature file is `features` (default: that of `load_features`).
+    """
+    for path in (features or paths.features(dataset), paths.quarantine(dataset)):
+        if not path.is_file():
+            raise DataError(path, "does not exist yet", f"run `ajgdata run {dataset}` first")
+
+
 def check_up_to_date(paths: Paths, spec: DatasetSpec, virtual: Collection[str] = ()) -> None:
     """Raise DataError if the features of a data set are outdated, see `changes_since_features`."""
     changes = changes_since_features(paths, spec, virtual)
