@@ -16,11 +16,13 @@ import numpy as np
 
 from ajgdata.acquire.recipe import session_names
 from ajgdata.evaluate.task_data import TaskData, split_withheld, training_data
-from ajgdata.paths import Paths, find_project, run_name
+from ajgdata.paths import Paths, Tree, find_project, run_name
+from ajgdata.store.audio import file_sha256
 from ajgdata.store.features import open_store, read_store
 from ajgdata.store.freshness import changes_since_features
 from ajgdata.store.metrics import read_metrics
 from ajgdata.store.models import other_version_reported, read_about, read_estimator, read_guard
+from ajgdata.store.publishing.archive import read_checksums
 from ajgdata.store.sessions import (
     check_declared,
     check_one_source,
@@ -197,7 +199,8 @@ def load_model(name: str, task: str, model: str = "cnn", project: Project = None
     """Return the model trained for `task` on all recordings of the data set `name`.
 
     Returns a fitted scikit-learn estimator for features (n, n_features) as in `load_features`.
-    Raises DataError if this model has not been trained.
+    `project` can also be a published folder with models (docs/publishing.md), or the folder
+    `data/NAME/published` of a fetched one. Raises DataError if this model has not been trained.
 
     >>> import ajgdata
     >>> with ajgdata.load_features("size") as features:
@@ -206,7 +209,8 @@ def load_model(name: str, task: str, model: str = "cnn", project: Project = None
     >>> edge_mm.shape
     (16,)
     """
-    estimator, _ = read_model(_model_folder(find_project(project), name, task, model))
+    folder, _ = _model_folder(project, name, task, model)
+    estimator, _ = read_model(folder)
     return estimator
 
 
@@ -234,18 +238,24 @@ def load_predictor(name: str, task: str, model: str = "cnn", project: Project = 
     >>> prediction.unit, prediction.novelty <= 1
     ('mm', True)
     """
+    folder, dataset_folder = _model_folder(project, name, task, model)
+    return read_predictor(folder, name, task, dataset_folder)
+
+
+def _model_folder(project: Project, name: str, task: str, model: str) -> tuple[Path, Path]:
+    """Return the folder of a trained model, and that of its dataset.yaml.
+
+    Raises DataError if there is no such folder.
+    """
+    checked_name(name)
+    checked_name(task, "task")
+    checked_name(model, "model")
+    if project is not None and (Path(project) / Tree.SUMS).is_file():
+        return _published_model(Tree(Path(project)), name, task, model), Path(project)
     paths = find_project(project)
-    folder = _model_folder(paths, name, task, model)
-    return read_predictor(folder, name, task, paths.dataset(name).parent)
-
-
-def _model_folder(paths: Paths, name: str, task: str, model: str) -> Path:
-    """Return the folder of a trained model. Raises DataError if there is no such folder."""
-    folder = paths.model(
-        checked_name(name), checked_name(task, "task"), checked_name(model, "model")
-    )
+    folder = paths.model(name, task, model)
     if folder.is_dir():
-        return folder
+        return folder, paths.dataset(name).parent
     tasks = read_dataset(paths, name).tasks
     if task not in tasks:
         fix = f"use one of {', '.join(tasks)}" if tasks else "add it to dataset.yaml"
@@ -255,6 +265,29 @@ def _model_folder(paths: Paths, name: str, task: str, model: str) -> Path:
         raise DataError(folder, f"there is no model {model!r}", fix)
     fix = f"run `ajgdata train {name} {task} --model {model}`"
     raise DataError(folder, "this model has not been trained", fix)
+
+
+def _published_model(tree: Tree, name: str, task: str, model: str) -> Path:
+    """Return the folder of a model in a published folder.
+
+    Raises DataError for a model that it lacks, for one of another data set, and for a file whose
+    bytes are not those of SHA256SUMS.
+    """
+    hashes = read_checksums(tree / Tree.SUMS)
+    prefix = Tree.model(task, model, "")
+    files = {file: digest for file, digest in hashes.items() if file.startswith(prefix)}
+    if not files:
+        fix = "use the names of a folder in `models`, or publish again with --with-models"
+        raise DataError(tree.root, f"has no model {task}/{model}", fix)
+    for file, digest in files.items():
+        if not (tree / file).is_file() or file_sha256(tree / file) != digest:
+            problem = f"its bytes are not those of {Tree.SUMS} (sha256 differs)"
+            raise DataError(tree / file, problem, "fetch or copy it again")
+    folder = tree / prefix
+    trained_on = read_about(folder)["provenance"]["data_set"]
+    if trained_on != name:
+        raise DataError(folder, f"is not a model of {name!r}", f"use the name {trained_on!r}")
+    return folder
 
 
 def read_predictor(

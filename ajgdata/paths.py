@@ -34,6 +34,7 @@ RECORDINGS_FILE = "recordings.csv"
 CHANGES_FILE = "changes.jsonl"
 AUDIO_FOLDER = "audio"
 IMPORTED_TABLES_FOLDER = "tables"  #: in a session: imported tables of features
+MODELS_FOLDER = "models"  #: final models in a published data set
 EXCITATION_FILE = "excitation.wav"
 # Names in the folder of a report.
 INDEX = "index.html"
@@ -310,6 +311,11 @@ class Tree:
     def changes(session: str) -> str:
         """Return the name of the changes of the labels of a session."""
         return f"sessions/{session}/{CHANGES_FILE}"
+
+    @staticmethod
+    def model(task: str, model: str, file: str) -> str:
+        """Return the name of a file of a final model."""
+        return f"{MODELS_FOLDER}/{task}/{model}/{file}"
 
     @staticmethod
     def excitation(session: str, suffix: str) -> str:

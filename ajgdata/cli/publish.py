@@ -30,6 +30,9 @@ def publish(
         Path | None,
         typer.Option("--out", help="folder to write; default: results/published/NAME"),
     ] = None,
+    with_models: Annotated[
+        bool, typer.Option("--with-models", help="also the final models, with descriptions")
+    ] = False,
     to: Annotated[
         str,
         typer.Option(metavar="hf:USER/NAME|zenodo", help="also send the folder; zenodo: a draft"),
@@ -46,12 +49,15 @@ def publish(
     """
     require_extra("publish", "ajgdata publish")
     from ajgdata.pipeline.publish import publish as publish_dataset
+    from ajgdata.pipeline.published_models import model_files
 
     if yes and not to:
         raise typer.BadParameter("--yes is only used with --to")
     paths = find_project()
     destination = _prepared_destination(paths, dataset, to, yes=yes) if to else None
-    result = publish_dataset(paths, dataset, folder or paths.published(dataset))
+    models = model_files(paths, dataset) if with_models else {}
+    out = folder or paths.published(dataset)
+    result = publish_dataset(paths, dataset, out, models=models)
     size = f"{result.bytes / 1e6:.1f} MB"
     summary = f"{escape(str(result.folder))}: {result.recordings} recordings, {size}"
     if result.left_out:
@@ -117,6 +123,9 @@ def fetch(
     name: Annotated[
         str, typer.Option(help="new name of a published data set; default: unchanged")
     ] = "",
+    with_models: Annotated[
+        bool, typer.Option("--with-models", help="also the final models, with descriptions")
+    ] = False,
 ) -> None:
     """Download a published data set or a public recording collection.
 
@@ -129,9 +138,11 @@ def fetch(
 
     paths = find_project()
     if copy_public_dataset(paths, source):
+        if with_models:
+            raise typer.BadParameter("--with-models is only used with a published data set")
         _fetch_by_name(paths, source)
     else:
-        _fetch_published(paths, source, name)
+        _fetch_published(paths, source, name, with_models=with_models)
 
 
 def _fetch_by_name(paths: Paths, dataset: str) -> None:
@@ -155,11 +166,11 @@ def _fetch_by_name(paths: Paths, dataset: str) -> None:
     raise typer.Exit(0 if result.is_complete else ATTENTION)
 
 
-def _fetch_published(paths: Paths, source: str, name: str) -> None:
+def _fetch_published(paths: Paths, source: str, name: str, *, with_models: bool) -> None:
     """Download a published data set, and register it under `name` ("": its own name)."""
     from ajgdata.pipeline.fetch import fetch as fetch_published
 
-    result = fetch_published(paths, source, name=name)
+    result = fetch_published(paths, source, name=name, with_models=with_models)
     if result.removed:
         say(f"[yellow]not taken over[/yellow] from its dataset.yaml: {', '.join(result.removed)}")
     for line in result.converted:

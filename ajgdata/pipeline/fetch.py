@@ -15,7 +15,15 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import IO
 
-from ajgdata.paths import AUDIO_FOLDER, CHANGES_FILE, RECORDINGS_FILE, SESSION_FILE, Paths, Tree
+from ajgdata.paths import (
+    AUDIO_FOLDER,
+    CHANGES_FILE,
+    MODELS_FOLDER,
+    RECORDINGS_FILE,
+    SESSION_FILE,
+    Paths,
+    Tree,
+)
 from ajgdata.pipeline.importing import import_folder
 from ajgdata.pipeline.progress import tracked
 from ajgdata.pipeline.schemas import dataset_schema, register_dataset, schema_bytes
@@ -86,10 +94,12 @@ def fetch_source(paths: Paths, dataset: str) -> Imported:
     return import_folder(paths, dataset, folder, settings=None, copy=False)[1]
 
 
-def fetch(paths: Paths, source: str, *, name: str = "") -> Fetched:
+def fetch(paths: Paths, source: str, *, name: str = "", with_models: bool = False) -> Fetched:
     """Register the published data set at `source`, a folder or an address (see `origin_of`).
 
-    It gets the `name`, by default its own name. The same call resumes an interrupted download.
+    It gets the `name`, by default its own name. With `with_models`, its final models are stored in
+    the folder of its licence, for `ajgdata.load_model`. The same call resumes an interrupted
+    download.
     Raises DataError, and changes nothing in the project, for a data set with an error, for a name
     that exists, and while another process fetches the same data set.
     """
@@ -97,18 +107,18 @@ def fetch(paths: Paths, source: str, *, name: str = "") -> Fetched:
         checked_name(name)
     origin = origin_of(source)
     if origin is None:
-        return _register(paths, Tree(Path(source)), name)
+        return _register(paths, Tree(Path(source)), name, with_models)
     tree = Tree(paths.fetched / sha256_of(source.encode())[:16])
     with locked(tree.root, f"fetching {source}"):
         origin.download(tree.root, Tree.SUMS)
         _download_package(origin, tree)
         check_published_format(tree)
-        hashes = _required(tree)
+        hashes = _required(tree, with_models)
         origin.download(tree.root, Tree.DECLARATION, hashes[Tree.DECLARATION])
         _check_free(paths, name or _config(tree)[0].name)
         for file in tracked(list(hashes), "fetching"):
             origin.download(tree.root, file, hashes[file])
-        result = _register(paths, tree, name)
+        result = _register(paths, tree, name, with_models)
         shutil.rmtree(tree.root, ignore_errors=True)
     return result
 
@@ -120,14 +130,14 @@ def _download_package(origin: Origin, tree: Tree) -> None:
         origin.download(tree.root, Tree.DATAPACKAGE, digest)
 
 
-def _register(paths: Paths, tree: Tree, name: str) -> Fetched:
+def _register(paths: Paths, tree: Tree, name: str, with_models: bool) -> Fetched:
     """Check the published data set in a folder and write it into the project."""
     if not (tree / tree.SUMS).is_file():
         known = ", ".join(list_sources(paths)) or "none"
         fix = f"name the folder or the web address of one, or public recordings ({known})"
         raise DataError(tree.root, f"has no {tree.SUMS}: not a published data set", fix)
     check_published_format(tree)
-    hashes = _required(tree)
+    hashes = _required(tree, with_models)
     for file, expected in hashes.items():
         if file_sha256(tree / file) != expected:
             problem = f"its bytes are not those of {tree.SUMS} (sha256 differs)"
@@ -140,7 +150,8 @@ def _register(paths: Paths, tree: Tree, name: str) -> Fetched:
         with replacing_folder(paths.recordings(spec.name)) as folder:
             _unpack(tree, folder / "sessions")
             counts = [_check(session) for session in sorted((folder / "sessions").iterdir())]
-            for file in (*STORED_FILES, *OPTIONAL_FILES):
+            models = [file for file in hashes if file.startswith(f"{MODELS_FOLDER}/")]
+            for file in (*STORED_FILES, *OPTIONAL_FILES, *models):
                 if file in hashes or file == Tree.SUMS:
                     copy(tree / file, folder / "published" / file)
         # The last step: a data set without dataset.yaml is not registered.
@@ -148,17 +159,25 @@ def _register(paths: Paths, tree: Tree, name: str) -> Fetched:
     return Fetched(spec.name, sum(counts), len(counts), removed, converted)
 
 
-def _required(tree: Tree) -> dict[str, str]:
-    """Return the hashes of the files to fetch, by name; the archive contains the recordings."""
+def _required(tree: Tree, with_models: bool) -> dict[str, str]:
+    """Return the hashes of the files to fetch, by name; the archive contains the recordings.
+
+    Raises DataError if a file is missing, or if there is no model `with_models`.
+    """
     hashes = read_checksums(tree / tree.SUMS)
     required = {Tree.DECLARATION, Tree.ARCHIVE, *STORED_FILES} - {Tree.SUMS}
     missing = sorted(required - set(hashes))
     if missing:
         raise DataError(tree / tree.SUMS, f"does not name {missing[0]}", PUBLISH_AGAIN)
+    folders: tuple[str, ...] = ("sessions/",)
+    if with_models:
+        folders = (*folders, f"{MODELS_FOLDER}/")
+        if not any(name.startswith(folders[-1]) for name in hashes):
+            raise DataError(tree / tree.SUMS, "names no model", "fetch without --with-models")
     return {
         name: digest
         for name, digest in hashes.items()
-        if name in required or name in OPTIONAL_FILES or name.startswith("sessions/")
+        if name in required or name in OPTIONAL_FILES or name.startswith(folders)
     }
 
 

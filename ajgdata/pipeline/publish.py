@@ -67,11 +67,13 @@ def publish(
     out: str | Path,
     *,
     store: Path | None = None,
+    models: Mapping[str, bytes] | None = None,
 ) -> Published:
     """Write the data set `dataset` with its features into the folder `out`, all or nothing.
 
     A segment of a long file becomes a file with the same samples. The folder contains the
-    recordings of the feature file `store` (default: that of `load_features`).
+    recordings of the feature file `store` (default: that of `load_features`). `models` are files of
+    final models by name (see `pipeline.published_models`).
     Raises DataError, and keeps the old folder, if features are missing or differ from the
     recordings of the sessions, if the folder has the same version with other content, or if another
     process publishes there.
@@ -107,6 +109,8 @@ def publish(
         _write(tree, tree.TYPED_METADATA, parquet_bytes(table))
         _write(tree, tree.DECLARATION, declaration_bytes(spec))
         _write_sessions(tree, paths, dataset, table, contents)
+        for name, content in (models or {}).items():
+            _write(tree, name, content)
         check_version(paths, spec, published=Tree(out), new=tree)
         _write_audio(tree, table, contents)
         left_out, is_unlicensed = _describe(tree, paths, spec, table, contents)
@@ -288,7 +292,9 @@ def _describe(
     by_hand = _changed_by_hand(paths, spec.name, contents.sessions)
     if by_hand:
         facts["labels changed by hand"] = by_hand
-    text = card.render_card(about, about_data, table, sizes, facts, paths)
+    models = tree.root.glob(Tree.model("*", "*", Tree.README))
+    names = sorted(file.relative_to(tree.root).parent.as_posix() for file in models)
+    text = card.render_card(about, about_data, table, sizes, facts, paths, names)
     _write(tree, tree.README, text.encode())
     return about_data.n_left_out, about.is_unlicensed
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ajgdata.paths import Paths, Tree
+from ajgdata.paths import MODELS_FOLDER, Paths, Tree
 from ajgdata.store.feature_array import same_axes
 from ajgdata.store.features import read_store
 from ajgdata.store.files import read_csv, read_yaml
@@ -72,11 +72,30 @@ def _changes(old: Tree, new: Tree) -> list[str]:
         *_changed_spectra(old / Tree.FEATURES, new / Tree.FEATURES),
         *_changed_keys(old, new, Tree.DECLARATION),
     ]
+    models = _changed_models(old, new)
+    if models:
+        phrases.append(f"files of models, first {models[0]}")
     for session in sorted((new / "sessions").iterdir()):
         file = Tree.session(session.name)
         if (old / file).is_file():  # recordings of a new session are reported as added
             phrases += _changed_keys(old, new, file)
     return phrases
+
+
+def _changed_models(old: Tree, new: Tree) -> list[str]:
+    """Return the files of models that differ, or that only one of the data sets has."""
+    names = {
+        path.relative_to(tree.root).as_posix()
+        for tree in (old, new)
+        for path in (tree.root / MODELS_FOLDER).rglob("*")
+        if path.is_file() and path.name != Tree.README
+    }
+    return sorted(name for name in names if _bytes(old / name) != _bytes(new / name))
+
+
+def _bytes(path: Path) -> bytes | None:
+    """Return the content of a file; None if there is no such file."""
+    return path.read_bytes() if path.is_file() else None
 
 
 def _rows(metadata: Path) -> RowsByRecording:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -82,13 +82,17 @@ def render_card(
     sizes: Mapping[str, int],
     provenance: Mapping[str, str],
     project: Paths | None = None,
+    models: Sequence[str] = (),
 ) -> str:
-    """Return README.md; `sizes` are bytes of files by name, `provenance` texts by topic."""
+    """Return README.md; `sizes` are bytes of files by name, `provenance` texts by topic.
+
+    `models` are the folders of published models.
+    """
     templates = environment(project)
     templates.keep_trailing_newline = True
     templates.filters["cell"] = cell
     view = card_view(about, summary, table, sizes, provenance)
-    return templates.get_template("card.md.j2").render(card=view, tree=Tree)
+    return templates.get_template("card.md.j2").render(card=view, tree=Tree, models=models)
 
 
 def card_view(

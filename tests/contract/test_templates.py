@@ -34,7 +34,7 @@ PLACING = (
 #: A value of a page, whose presence may decide, or over which a loop runs.
 VALUES = (nodes.Name, nodes.Getattr)
 #: Filters by template. `cell` keeps a text inside a cell of Markdown, as escaping does in HTML.
-FILTERS = {"card.md.j2": {"cell"}}
+FILTERS = {"card.md.j2": {"cell"}, "model_card.md.j2": {"cell"}}
 
 
 def all_nodes(node: nodes.Node) -> Iterator[nodes.Node]:
