@@ -175,6 +175,9 @@ def _fetch_published(paths: Paths, source: str, name: str, *, with_models: bool)
         say(f"[yellow]not taken over[/yellow] from its dataset.yaml: {', '.join(result.removed)}")
     for line in result.converted:
         say(f"[yellow]converted[/yellow] from an older version: {escape(line)}")
+    for file, sha256 in result.files.items():
+        place = paths.dataset(result.name).parent
+        say(f"[yellow]missing[/yellow] {escape(f'{place / file}: copy it there, sha256 {sha256}')}")
     say(
         f"{result.recordings} recordings in {result.sessions} session(s) are data set "
         f"[b]{result.name}[/b]; next: ajgdata run {result.name}, which computes the features"

@@ -25,8 +25,8 @@ _ATTRS = {"units": "1", "long_name": "number of the output of the network"}
 def embeddings(sound: FeatureInput, settings: EmbeddingSettings) -> FeatureArray:
     """Return the output (component,) of the network.
 
-    Raises ValueError for a file that is missing, changed or not a network, and for an input or an
-    output of another shape.
+    Raises DataError for a missing file, and ValueError for a file that is changed or not a network,
+    and for an input or an output of another shape.
     """
     samples = sound.samples[:, : settings.least_samples(sound.sample_rate_hz)]
     rate_hz = settings.sample_rate_hz or sound.sample_rate_hz
@@ -52,15 +52,17 @@ def embeddings(sound: FeatureInput, settings: EmbeddingSettings) -> FeatureArray
 
 @lru_cache(maxsize=2)
 def _network(file: str, sha256: str) -> Any:
-    """Return the network in a file. Raises ValueError if it is not the file with this checksum."""
+    """Return the network in a file.
+
+    Raises DataError if there is no file, and ValueError if it is not the file with this checksum.
+    """
     import onnxruntime  # an optional dependency
 
-    try:
-        digest = file_sha256(Path(file))
-    except DataError as error:
-        raise ValueError(f"{file} {error.problem}") from None
+    if not Path(file).is_file():
+        raise DataError(file, "does not exist", f"copy the network with the sha256 {sha256} there")
+    digest = file_sha256(Path(file))
     if digest != sha256:
-        raise ValueError(f"{file} has another checksum: set features.sha256 to {digest}")
+        raise ValueError(f"{file} has the sha256 {digest}, not that of features.sha256")
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = 1  # the result does not depend on the number of cores
     options.log_severity_level = 4

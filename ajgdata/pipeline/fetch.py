@@ -11,7 +11,7 @@ import shutil
 import zipfile
 import zlib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from typing import IO
 
@@ -74,7 +74,8 @@ class Fetched:
     """A registered data set, with its numbers of recordings and sessions.
 
     `removed` are keys of its dataset.yaml that were not taken over. `converted` are lines of an
-    older version with their replacements.
+    older version with their replacements. `files` are files of its feature, which it lacks, with
+    their sha256.
     """
 
     name: str
@@ -82,6 +83,7 @@ class Fetched:
     sessions: int
     removed: tuple[str, ...]
     converted: tuple[str, ...] = ()
+    files: Mapping[str, str] = field(default_factory=dict)
 
 
 def fetch_source(paths: Paths, dataset: str) -> Imported:
@@ -156,7 +158,8 @@ def _register(paths: Paths, tree: Tree, name: str, with_models: bool) -> Fetched
                     copy(tree / file, folder / "published" / file)
         # The last step: a data set without dataset.yaml is not registered.
         register_dataset(paths, spec, schema)
-    return Fetched(spec.name, sum(counts), len(counts), removed, converted)
+    files = spec.features.files
+    return Fetched(spec.name, sum(counts), len(counts), removed, converted, files)
 
 
 def _required(tree: Tree, with_models: bool) -> dict[str, str]:

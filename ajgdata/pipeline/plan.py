@@ -167,8 +167,9 @@ def config_problems(
     """Yield the problems of a config, whose experiments are `requests`, each with its fix.
 
     They are test sets that do not exist or lack the target, noise that is not a data set or is
-    tested, and unknown published values.
+    tested, unknown published values, and missing files of the feature.
     """
+    yield from _missing_files(paths, spec)
     known = list_datasets(paths)
     figures = parse_paper(read_paper(paths))
     # Each task with each other data set that its experiments need, once.
@@ -195,6 +196,17 @@ def config_problems(
                 f"task {name}: the paper has no figure {figure!r}",
                 f"use one of {', '.join(figures)}",
             )
+
+
+def _missing_files(paths: Paths, spec: DatasetSpec) -> Iterator[tuple[str, str]]:
+    """Yield a problem and its fix for each file that the feature needs and that does not exist."""
+    for file, sha256 in spec.features.files.items():
+        if not (paths.dataset(spec.name).parent / file).is_file():
+            fix = (
+                f"copy the file with the sha256 {sha256} into the folder of dataset.yaml; a "
+                "published data set does not contain it"
+            )
+            yield f"features.file: {file} does not exist", fix
 
 
 class Declared(dict[Any, Any]):

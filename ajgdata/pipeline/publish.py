@@ -315,6 +315,8 @@ def _provenance(
         "digest of the feature settings": attrs["settings_digest"],
         "digest of the recordings": attrs["inputs_sha256"],
     }
+    for file, sha256 in spec.features.files.items():
+        facts["file of the feature"] = f"{file}, sha256 {sha256}; not part of this data set"
     if spec.recipe:
         facts["digest of the code of the virtual gripper"] = code_hash("gripper")
     return {topic: str(text) for topic, text in facts.items()}

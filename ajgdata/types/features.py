@@ -59,6 +59,11 @@ class FeatureKind(Strict):
         return not self.table_columns
 
     @property
+    def files(self) -> dict[str, str]:
+        """The sha256 of each file that the feature needs, by its path relative to dataset.yaml."""
+        return {}
+
+    @property
     def is_power(self) -> bool:
         """Whether the values are powers; the level of other values is that of amplitudes."""
         return False
@@ -317,6 +322,11 @@ class EmbeddingSettings(FeatureKind):
     def least_samples(self, sample_rate_hz: float) -> int:
         """Return the number of samples in `length_s`."""
         return max(1, round(self.length_s * sample_rate_hz))
+
+    @property
+    def files(self) -> dict[str, str]:
+        """The sha256 of the network, by its path relative to dataset.yaml."""
+        return {self.file: self.sha256}
 
     def in_folder(self, folder: Path) -> Self:
         """Return the settings with the absolute path of the file."""

@@ -27,6 +27,7 @@ from ajgdata.pipeline.train import train_model
 from ajgdata.store.features import read_store
 from ajgdata.store.sessions import read_dataset
 from ajgdata.types import DatasetSpec
+from ajgdata.types.features import feature_settings
 from ajgdata.types.protocol import RobotProgram
 from tools import examples
 
@@ -65,6 +66,7 @@ STEP_MM = EDGES_MM[1] - EDGES_MM[0]
 MODULES = (
     "ajgdata",
     "ajgdata.acquire.robot_numbers",
+    "ajgdata.cli.sense",
     "ajgdata.evaluate.agreement",
     "ajgdata.evaluate.crossval",
     "ajgdata.evaluate.intervals",
@@ -98,6 +100,7 @@ MODULES = (
     "ajgdata.tutorial",
     "ajgdata.types.base",
     "ajgdata.types.errors",
+    "ajgdata.types.input_layout",
     "ajgdata.types.excitation",
     "ajgdata.types.table",
     "ajgdata.types.variants",
@@ -254,6 +257,16 @@ def test_feature_table():
         "original_label": "no_contact_left",
         "point_index": "1",
     }
+
+
+def test_network(tmp_path, monkeypatch, capsys):
+    pytest.importorskip("onnxruntime")
+    monkeypatch.chdir(tmp_path)
+    example = run("network")
+    middle = 1 - (np.arange(10) + 0.5) / 10  # the level is the root of a sum of 4,410 squares
+    np.testing.assert_allclose(example["levels"], middle * np.sqrt(4410), rtol=0.2)
+    declared = yaml.safe_load(capsys.readouterr().out)["features"]
+    assert feature_settings(declared) == example["settings"]
 
 
 def test_publishing(in_project):

@@ -283,8 +283,8 @@ def test_the_samples_of_an_embedding_have_the_rate_of_the_network(tmp_path):
     ("change", "problem"),
     [
         ({"length_s": 1.0}, "does not accept samples"),
-        ({"file": "other.onnx"}, "no such file"),
-        ({"sha256": "0" * 64}, "has another checksum: set features.sha256 to"),
+        ({"file": "other.onnx"}, "does not exist. Copy the network with the sha256"),
+        ({"sha256": "0" * 64}, "not that of features.sha256"),
     ],
 )
 def test_a_wrong_network_is_one_line(tmp_path, change, problem):
