@@ -12,9 +12,11 @@ Three observations give the suspicion S of a recording:
   also find wrong labels in confident learning (Northcutt et al. 2021, JAIR 70, arXiv 1911.00068).
   For numbers, with the residual r and the typical residual s (1.48 times the median of |r|):
   P = z / (1 + z) with z = |r| / s.
-- *outlier*, from the distances between sounds. For classes, with the distance a to the mean of its
-  own class and b to the nearest mean of another class, both without its grasp: O = a² / (a² + b²).
-  For numbers, as P, with the difference from the median of the nearest recordings of other grasps.
+- *outlier*, from the distances between sounds. For classes, with the distance d(k) to the mean of
+  class k without the grasp of the recording: O = 1 - exp(-2 d(i)² / m) / sum over k of
+  exp(-2 d(k)² / m) for the label i, where m is the median of d(i)² over all recordings. This is the
+  probability of the other classes for normal distributions of four dimensions. For numbers, O is
+  as P, with the difference from the median of the nearest recordings of other grasps.
 - *contradiction*: a recording with nearly the same sound, or of the same grasp, has another label.
 
 S is the mean of P and O, and of one of them if the other is unknown. With a contradiction, it is
@@ -35,6 +37,10 @@ from ajgdata.evaluate.metrics import length, wrapped
 NORMAL = 1.4826
 #: Largest number of principal components of the sounds, and at most half the number of grasps.
 MAX_COMPONENTS = 20
+#: Factor of squared distances in O.
+SHARPNESS = 2.0
+#: Largest exponent: O is then 1, and its numerator is still a finite number.
+MAX_EXPONENT = 500.0
 #: Number of nearest recordings whose median is the expected number.
 NEIGHBOURS = 5
 #: Share of grasps with several labels above which a label varies within grasps by intention.
@@ -100,10 +106,16 @@ def coordinates(fingerprints: NDArray[np.floating], grasp: NDArray[np.str_]) -> 
 def class_outliers(
     points: NDArray[np.float64], label: NDArray[np.str_], grasp: NDArray[np.str_]
 ) -> tuple[NDArray[np.float64], NDArray[np.str_]]:
-    """Return O (n,) of points (n, d), and the class (n,) with the nearest mean.
+    """Return O (n,) of points (n, d), and the other class (n,) with the nearest mean.
 
     The means of the classes of `label` (n,) are without the grasp (n,) of the point. O is NaN for
-    the only grasp of a class, and if there is one class.
+    the only grasp of a class, if there is one class, and if all sounds of each class are equal.
+
+    >>> import numpy as np
+    >>> points = np.array([[0.0], [1.0], [2.0], [8.0], [9.0], [10.0], [9.0]])
+    >>> label = np.array(["ball"] * 3 + ["cube"] * 3 + ["ball"])  # the last one is probably a cube
+    >>> class_outliers(points, label, np.arange(7).astype(str))[0].round(2)[-1]
+    np.float64(1.0)
     """
     classes, member = np.unique(label, return_inverse=True)
     grasps, of_grasp = np.unique(grasp, return_inverse=True)
@@ -120,14 +132,18 @@ def class_outliers(
         place = np.cumsum(has_mean) - 1
         difference = points[rows] - means[place[of_grasp[rows]]]
         distance[rows, number] = np.linalg.norm(difference, axis=1)
-    own = np.take_along_axis(distance, member[:, np.newaxis], axis=1)[:, 0]
-    other = distance.copy()
-    np.put_along_axis(other, member[:, np.newaxis], np.inf, axis=1)
-    nearest_other = np.where(np.isnan(other), np.inf, other).min(axis=1)
-    total = np.square(own) + np.square(nearest_other)
-    is_known = np.isfinite(total) & (total > 0)
-    outlier = np.divide(np.square(own), total, out=np.full(len(points), np.nan), where=is_known)
-    nearest = classes[np.where(np.isnan(distance), np.inf, distance).argmin(axis=1)]
+    squared = np.square(distance)
+    own = np.take_along_axis(squared, member[:, np.newaxis], axis=1)[:, 0]
+    np.put_along_axis(squared, member[:, np.newaxis], np.nan, axis=1)
+    others = np.where(np.isnan(squared), np.inf, squared)
+    nearest = classes[others.argmin(axis=1)]
+    is_known = np.isfinite(own) & np.isfinite(others.min(axis=1))
+    outlier = np.full(len(points), np.nan)
+    if not is_known.any() or np.median(own[is_known]) == 0:
+        return outlier, nearest
+    exponent = -SHARPNESS * (others - own[:, np.newaxis]) / np.median(own[is_known])
+    odds = np.exp(np.minimum(exponent[is_known], MAX_EXPONENT)).sum(axis=1)
+    outlier[is_known] = odds / (1 + odds)
     return outlier, nearest
 
 

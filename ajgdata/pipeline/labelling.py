@@ -296,9 +296,11 @@ def _place(paths: Paths, dataset: str, recording: str) -> tuple[Path, str]:
 
 def _row(folder: Path, recording_id: str, log: ChangeLog) -> Recording:
     """Return the row of a recording. Raises DataError if it does not exist, or no longer."""
-    rows = {row.recording_id: row for row in read_table(folder)[0]}
-    if recording_id in rows:
-        return rows[recording_id]
+    rows, issues = read_table(folder, recording_id)
+    if rows:
+        return rows[0]
+    if issues:
+        raise DataError(folder / RECORDINGS_FILE, issues[0].problem, issues[0].fix)
     where = f"recording {folder.name}/{recording_id}"
     if recording_id in log.by_recording:
         raise _deleted(where, folder)

@@ -309,7 +309,7 @@ def _review_classes(
             phrase = f"nearly the same sound as {names[other]}, which is {label[other]}"
             contradicting[row].append(phrase)
     nearer = [
-        f"sound nearer to {n} than to other {own}" for n, own in zip(nearest, label, strict=True)
+        f"sound unlike other {own}, similar to {n}" for n, own in zip(nearest, label, strict=True)
     ]
     reasons = _joined_reasons(votes.phrases, contradicting, outlier, nearer)
     is_contradicted = np.asarray([bool(contradicting[row]) for row in range(len(label))])

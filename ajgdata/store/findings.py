@@ -55,7 +55,7 @@ def is_rejected(row: Mapping[str, str]) -> bool:
 def rejected(session: str, table: Mapping[str, Mapping[str, str]]) -> dict[str, Finding]:
     """Return a note for each recording of a session that is marked `reject`, by recording_id."""
     problem = "quality is `reject`"
-    fix = "set quality to ok to use it"
+    fix = "accept it with `ajgdata label NAME RECORDING --ok`, or set quality to ok, to use it"
     return {
         name: Finding(session, name, "", "note", "rejected", problem, fix)
         for name, row in table.items()

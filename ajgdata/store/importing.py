@@ -58,6 +58,9 @@ OTHER_TIMES = (
 )
 OTHER_LABEL = "stays; --on-change labels takes the folder's"
 BY_HAND = "stays, because a person set it; `ajgdata label NAME RECORDING --undo` takes it back"
+OTHER_SOUND = (
+    "decisions about the replaced file no longer count; repeat them for this file (`ajgdata label`)"
+)
 OTHER_PLAYED = (
     "the played sound is not the stored sound of the session. If these are recordings of another "
     "sound, import them with --session; --on-change files takes this sound"
@@ -434,6 +437,8 @@ class _SessionImport:
         if old and old.segment != file.segment and not self._takes_files:
             self.remarks["kept"].append((name, OTHER_TIMES))
             return
+        if old and old.sha256 != digest and self.changes.active(name, old.sha256):
+            self.remarks["warning"].append((name, OTHER_SOUND))
         try:
             new = self._row(file, name, digest)
         except ValidationError as error:

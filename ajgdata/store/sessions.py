@@ -271,12 +271,13 @@ def read_recordings(folder: Path) -> tuple[list[Recording], list[Finding]]:
     return recordings, findings
 
 
-def read_table(folder: Path) -> tuple[list[Recording], list[Finding]]:
+def read_table(folder: Path, only: str = "") -> tuple[list[Recording], list[Finding]]:
     """Return rows of recordings.csv, sorted by recording_id, and an error for each unusable row.
 
-    The rows are those to write again: they have no changes of people. Labels are converted to plain
-    text (see `plain_text`). Raises DataError if the table itself cannot be read: the file or a
-    column is missing, or the name of a column is reserved.
+    The rows are those to write again: they have no changes of people. With `only`, they are the
+    rows with this recording_id. Labels are converted to plain text (see `plain_text`). Raises
+    DataError if the table itself cannot be read: the file or a column is missing, or the name of a
+    column is reserved.
     """
     path = folder / RECORDINGS_FILE
     header, rows = numbered_rows(path, ("recording_id", "file", "grasp_id"))
@@ -289,6 +290,8 @@ def read_table(folder: Path) -> tuple[list[Recording], list[Finding]]:
     findings = []
     texts = [column for column in header if column in _TEXTS or column in extra]
     for line, cells in rows:
+        if only and cells["recording_id"] != only:
+            continue
         row = {**cells, **{column: plain_text(cells[column]) for column in texts}}
         known = {
             column: row[column]

@@ -291,7 +291,9 @@ def test_changes_of_another_sound_or_of_no_recording_are_listed(tones, ajgdata, 
     relabel(tones, "cube", recording="src/2_ball")
     write_wav(src / "1_ball.wav", resonances(0, 99))
     (src / "2_ball.wav").unlink()
-    ajgdata("import", src, "--dataset", NAME, "--on-change", "files")
+    printed = ajgdata("import", src, "--dataset", NAME, "--on-change", "files")
+    assert printed.code == 3
+    assert "decisions about the replaced file no longer count" in printed.text
     assert labels(tones)["1_ball"] == "ball"  # the decision was about the other sound
     ajgdata("import", src, "--dataset", NAME, "--on-change", "prune")
     assert {"change_of_other_sound", "change_without_recording"} <= set(issues(ajgdata))

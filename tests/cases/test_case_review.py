@@ -137,7 +137,7 @@ def test_the_list_works_before_the_first_run_and_says_so(paths, src, ajgdata):
     assert "and 50 more (--all shows them)" in printed.out
     lines = [line for line in printed.out.splitlines() if line[:3].strip().isdecimal()]
     assert any(wrong in line for line in lines[:5])
-    assert "sound nearer to o" in lines[0]
+    assert "sound unlike other o" in lines[0]
 
     document = json.loads(ajgdata("review", NAME, "--json").out)
     sys.path.insert(0, str(Path(__file__).parents[1] / "unit"))

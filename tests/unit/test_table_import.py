@@ -11,6 +11,8 @@ import yaml
 from recorded import make_features
 
 from ajgdata.paths import Paths
+from ajgdata.pipeline.labelling import change_recording
+from ajgdata.pipeline.review import review_list
 from ajgdata.pipeline.table_import import import_table
 from ajgdata.pipeline.validate import validate_dataset
 from ajgdata.store.features import FeatureRows, read_store
@@ -303,3 +305,23 @@ def test_the_written_declaration_has_its_kind(paths: Paths) -> None:
     taken(paths, soft_finger())
     assert yaml.safe_load(paths.dataset("soft").read_text())["features"]["kind"] == "table"
     assert read_dataset(paths, "soft").features.kind == "table"
+
+
+def test_labels_by_hand_stay_if_another_label_of_the_table_changes(paths):
+    """The file of all rows has another hash then; rows are identified by their features."""
+    table = soft_finger()
+    taken(paths, table, targets=["simplified_label"])
+    first = "day1/" + read_recordings(paths.session("soft", "day1"))[0][0].recording_id
+    change_recording(
+        paths, "soft", first, "label", column="simplified_label", value="edge", reason="seen"
+    )
+    table.loc[5, "original_label"] = "corrected"
+    taken(paths, table, on_change=OnChange.LABELS)
+    rows, _ = read_recordings(paths.session("soft", "day1"))
+    assert rows[0].labels["simplified_label"] == "edge"
+    with pytest.raises(DataError, match="does not exist yet"):
+        review_list(paths, "soft")
+    features(paths)
+    review = review_list(paths, "soft", task="simplified_label")
+    assert review.items[0].recording == first
+    assert "not searched in tables" in review.remarks[-1]
