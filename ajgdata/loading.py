@@ -28,6 +28,7 @@ from ajgdata.store.sessions import (
     check_one_source,
     how_to_get_sessions,
     read_dataset,
+    require_waveforms,
     whole_sessions,
 )
 from ajgdata.types import (
@@ -109,6 +110,7 @@ def load_recordings(name: str, project: Project = None) -> xr.Dataset:
 
     paths = find_project(project)
     spec = read_dataset(paths, name)
+    require_waveforms(spec, "load_recordings")
     sessions = whole_sessions(paths, name, session_names(spec.recipe))
     check_one_source(paths, spec, sessions)
     recordings, issues = open_recordings([paths.session(name, s) for s in sessions], spec)

@@ -20,7 +20,7 @@ from ajgdata.cli.completion import dataset_names
 from ajgdata.cli.console import JsonOption, out, print_json, say
 from ajgdata.cli.device import CARD_PANEL, OutputChannel, project_for
 from ajgdata.paths import Paths
-from ajgdata.store.sessions import read_dataset
+from ajgdata.store.sessions import read_dataset, require_waveforms
 from ajgdata.types import DataError, PassiveRecording
 from ajgdata.types.protocol import NOTHING
 
@@ -165,6 +165,7 @@ def _sense(
     from ajgdata.pipeline.acquire_live import VIRTUAL, open_hands
 
     spec = read_dataset(paths, dataset)
+    require_waveforms(spec, "ajgdata sense")
     model = model or spec.default_model(task)
     predictor = load_predictor(dataset, task, model, paths.root)
     predictor.covariate_columns(covariates)  # raises DataError

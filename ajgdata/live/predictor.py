@@ -117,7 +117,10 @@ class Predictor:
         if self.unit:
             predicts += f" in {self.unit}"
         name = f"{self.dataset}/{self.task}/{self.model}"
+        columns = self.features.table_columns
         source = f"{self.sample_rate_hz} Hz recordings"
+        if columns:
+            source = f"{len(columns)} columns of a table"
         if self.covariates:
             source += f" and {', '.join(covariate.name for covariate in self.covariates)}"
         return f"<Predictor {name}: predicts {predicts} from {source}>"
@@ -331,6 +334,9 @@ class Predictor:
         Raises DataError for a recording that the workflow would quarantine.
         """
         computer = self._computer
+        if not computer.needs_waveform:
+            problem = "the model predicts from columns of a table, not from sound"
+            raise DataError(where, problem, "use `of_features` with rows of a feature file")
         remarks = check_audio(audio, computer.least_samples, computer.reaching_hz)
         for remark in remarks:
             if remark.level == "error":

@@ -32,6 +32,7 @@ from ajgdata.store.sessions import (
     read_dataset,
     read_session,
     read_table,
+    require_waveforms,
 )
 from ajgdata.types import (
     AudioSettings,
@@ -70,6 +71,7 @@ def acquire_live(
     if recording is impossible.
     """
     spec = read_dataset(paths, dataset)
+    require_waveforms(spec, "ajgdata record")
     protocol = protocol_of(paths, spec)
     is_virtual = source == VIRTUAL
     if not is_virtual:

@@ -26,6 +26,7 @@ from ajgdata.paths import (
 )
 from ajgdata.pipeline.importing import import_folder
 from ajgdata.pipeline.progress import tracked
+from ajgdata.pipeline.published_tables import TABLE_FILE
 from ajgdata.pipeline.schemas import dataset_schema, register_dataset, schema_bytes
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.files import (
@@ -165,10 +166,12 @@ def _register(paths: Paths, tree: Tree, name: str, with_models: bool) -> Fetched
 def _required(tree: Tree, with_models: bool) -> dict[str, str]:
     """Return the hashes of the files to fetch, by name; the archive contains the recordings.
 
-    Raises DataError if a file is missing, or if there is no model `with_models`.
+    A data set of tables has no archive. Raises DataError if a file is missing, or if there is no model `with_models`.
     """
     hashes = read_checksums(tree / tree.SUMS)
-    required = {Tree.DECLARATION, Tree.ARCHIVE, *STORED_FILES} - {Tree.SUMS}
+    required = {Tree.DECLARATION, *STORED_FILES} - {Tree.SUMS}
+    if not any(_is_table(name) for name in hashes):
+        required.add(Tree.ARCHIVE)
     missing = sorted(required - set(hashes))
     if missing:
         raise DataError(tree / tree.SUMS, f"does not name {missing[0]}", PUBLISH_AGAIN)
@@ -182,6 +185,12 @@ def _required(tree: Tree, with_models: bool) -> dict[str, str]:
         for name, digest in hashes.items()
         if name in required or name in OPTIONAL_FILES or name.startswith(folders)
     }
+
+
+def _is_table(name: str) -> bool:
+    """Return whether a file of a published data set is the table of features of a session."""
+    folder, _, file = name.partition("/")
+    return folder == "sessions" and file.partition("/")[2] == TABLE_FILE
 
 
 def _config(tree: Tree) -> tuple[DatasetSpec, tuple[str, ...], tuple[str, ...]]:
@@ -244,28 +253,41 @@ def _unpack(tree: Tree, folder: Path) -> None:
     """
     hashes = read_checksums(tree / tree.SUMS)
     folder.mkdir()
+    for name in hashes:
+        top, _, path = name.partition("/")
+        session, _, file = path.partition("/")
+        if top == "sessions" and (_is_table(name) or PurePosixPath(file).stem in SESSION_FILES):
+            with (tree / name).open("rb") as source:
+                _write(source, folder / checked_name(session, "session") / file, tree, name, hashes)
+    if Tree.ARCHIVE not in hashes:
+        return
     try:
         with open_archive(tree / tree.ARCHIVE) as packed:
-            for name, digest in hashes.items():
+            for name in hashes:
                 top, _, path = name.partition("/")
                 session, _, file = path.partition("/")
                 if top == AUDIO_FOLDER:
-                    source: IO[bytes] = packed.open(name)
-                    file = f"{AUDIO_FOLDER}/{file}"
-                elif top == "sessions" and PurePosixPath(file).stem in SESSION_FILES:
-                    source = (tree / name).open("rb")
-                else:
-                    continue
-                target = folder / checked_name(session, "session") / file
-                target.parent.mkdir(parents=True, exist_ok=True)
-                with source, target.open("wb") as stream:  # copied in blocks, for files of any size
-                    shutil.copyfileobj(source, stream)
-                if file_sha256(target) != digest:
-                    problem = f"its {name} is not the one of {tree.SUMS} (sha256 differs)"
-                    raise DataError(tree / tree.ARCHIVE, problem, PUBLISH_AGAIN)
+                    target = folder / checked_name(session, "session") / AUDIO_FOLDER / file
+                    with packed.open(name) as source:
+                        _write(source, target, tree, name, hashes)
     except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, LookupError) as error:
         problem = f"is damaged or lacks a recording ({error})"
         raise DataError(tree / tree.ARCHIVE, problem, PUBLISH_AGAIN) from None
+
+
+def _write(
+    source: IO[bytes], target: Path, tree: Tree, name: str, hashes: Mapping[str, str]
+) -> None:
+    """Write a file of a session in blocks, for files of any size.
+
+    Raises DataError if its hash is not that of SHA256SUMS for `name`.
+    """
+    target.parent.mkdir(parents=True, exist_ok=True)
+    with target.open("wb") as stream:
+        shutil.copyfileobj(source, stream)
+    if file_sha256(target) != hashes[name]:
+        problem = f"its {name} is not the one of {tree.SUMS} (sha256 differs)"
+        raise DataError(tree / tree.ARCHIVE, problem, PUBLISH_AGAIN)
 
 
 def _check(folder: Path) -> int:

@@ -33,7 +33,7 @@ from ajgdata.store.lock import ADDING_RECORDINGS, locked
 from ajgdata.store.publishing.columns import RENAME, unpublishable
 from ajgdata.store.scan import Scan, scan, template_columns
 from ajgdata.store.session_names import slug
-from ajgdata.store.sessions import check_one_source, list_sessions, read_dataset
+from ajgdata.store.sessions import check_one_source, list_sessions, read_dataset, require_waveforms
 from ajgdata.types import (
     AudioSettings,
     DataError,
@@ -80,6 +80,7 @@ def import_folder(
     if declared and declared.recipe:
         raise DataError(path, "has a recipe, which makes its sessions", "choose another data set")
     if declared:
+        require_waveforms(declared, folder)
         check_microphone(path, declared.audio, microphone)
     chosen = _chosen(settings, declared)
     scanned = scan(folder, chosen, folder.resolve().name, known_sessions(paths, dataset))

@@ -12,6 +12,12 @@ from ajgdata.acquire.recipe import session_names
 from ajgdata.paths import Paths, Tree
 from ajgdata.pipeline.dataset_summary import summary
 from ajgdata.pipeline.progress import tracked
+from ajgdata.pipeline.published_tables import (
+    TABLE_FILE,
+    PublishedTables,
+    published_tables,
+    with_published_rows,
+)
 from ajgdata.pipeline.published_version import check_version
 from ajgdata.pipeline.session_differences import check_equal, read_session_tables
 from ajgdata.report import card
@@ -25,7 +31,7 @@ from ajgdata.store.freshness import check_computed, check_up_to_date
 from ajgdata.store.lock import locked
 from ajgdata.store.provenance import commit_date, settings_digest, software
 from ajgdata.store.publishing import archive
-from ajgdata.store.publishing.about import About
+from ajgdata.store.publishing.about import About, described_files
 from ajgdata.store.publishing.citation import citation_bytes
 from ajgdata.store.publishing.croissant import croissant
 from ajgdata.store.publishing.datapackage import datapackage
@@ -53,12 +59,13 @@ class _Contents:
     """Content of a published data set: features, sessions by name, and recordings.
 
     `recordings` has each recording with its file, by `<session>/<recording_id>`, in the order of
-    the feature file.
+    the feature file. `tables` are the tables of a data set without sound, and None for sound.
     """
 
     store: FeatureRows
     sessions: Mapping[str, Session]
     recordings: Mapping[str, tuple[Recording, Path]]
+    tables: PublishedTables | None = None
 
 
 def publish(
@@ -71,9 +78,8 @@ def publish(
 ) -> Published:
     """Write the data set `dataset` with its features into the folder `out`, all or nothing.
 
-    A segment of a long file becomes a file with the same samples. The folder contains the
-    recordings of the feature file `store` (default: that of `load_features`). `models` are files of
-    final models by name (see `pipeline.published_models`).
+    A segment of a long file becomes a file with the same samples, and the used rows of an imported
+    table become a table of their session. The folder contains the of the feature file `store` (default: that of `load_features`). `models` are files of final models by name (see `pipeline.published_models`).
     Raises DataError, and keeps the old folder, if features are missing or differ from the
     recordings of the sessions, if the folder has the same version with other content, or if another
     process publishes there.
@@ -103,7 +109,11 @@ def publish(
         if any(recording.segment != WHOLE_FILE for recording, _ in contents.recordings.values()):
             contents = _with_segment_files(tree, contents)
             write_store(tree / tree.FEATURES, contents.store)
-        suffixes = [_suffix(*recording) for recording in contents.recordings.values()]
+        if contents.tables is not None:
+            write_store(tree / tree.FEATURES, contents.store)
+            suffixes = None
+        else:
+            suffixes = [_suffix(*recording) for recording in contents.recordings.values()]
         table = table_of(contents.store, suffixes, features)
         _write(tree, tree.METADATA, table.encoded())
         _write(tree, tree.TYPED_METADATA, parquet_bytes(table))
@@ -112,7 +122,8 @@ def publish(
         for name, content in (models or {}).items():
             _write(tree, name, content)
         check_version(paths, spec, published=Tree(out), new=tree)
-        _write_audio(tree, table, contents)
+        if contents.tables is None:
+            _write_audio(tree, table, contents)
         left_out, is_unlicensed = _describe(tree, paths, spec, table, contents)
         _write(tree, tree.SUMS, archive.checksums_bytes(folder))
         size = sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
@@ -154,7 +165,17 @@ def _contents(paths: Paths, spec: DatasetSpec, features: Path) -> _Contents:
         folder = paths.session(spec.name, session.session_id)
         recording = tables.recordings[name]
         recordings[name] = recording, audio_path(folder, session, recording)
-    return _Contents(store, sessions, recordings)
+    contents = _Contents(store, sessions, recordings)
+    columns = spec.features.table_columns
+    if not columns:
+        return contents
+    hashes = FileHashes()
+    for recording, path in recordings.values():
+        if hashes[path] != recording.sha256:
+            raise _changed(contents, path)
+    published = published_tables(recordings, columns)
+    store = replace(store, columns=with_published_rows(store, published))
+    return replace(contents, store=store, tables=published)
 
 
 def _write(tree: Tree, name: str, content: bytes) -> None:
@@ -226,7 +247,7 @@ def _write_sessions(
     recordings.csv has the labels with the changes of people. changes.jsonl has the changes of the
     published recordings, without the names of the people.
     `file` in recordings.csv is `audio/<name>` of the file that is published as
-    `audio/<session>/<name>`.
+    `audio/<session>/<name>`, or the table of the session.
     """
     for name, session in contents.sessions.items():
         changed: dict[str, Any] = {"audio_root": None}
@@ -245,13 +266,19 @@ def _write_sessions(
         log = read_changes(paths.session(dataset, name))
         for row in table.rows:
             if row["session_id"] == name:
-                file = row[FILE_NAME].replace(f"/{name}/", "/", 1)
                 recording, _ = contents.recordings[row["recording"]]
-                update = {"file": file, "sha256": row["sha256"], "start_s": None, "end_s": None}
+                update: dict[str, Any] = {"sha256": row["sha256"], "start_s": None, "end_s": None}
+                if contents.tables is None:
+                    update["file"] = row[FILE_NAME].replace(f"/{name}/", "/", 1)
+                else:
+                    update["file"] = TABLE_FILE
+                    update["table_row"] = contents.tables.rows[row["recording"]]
                 recordings.append(recording.model_copy(update=update))
                 own = log.by_recording.get(recording.recording_id, ())
                 changes += [_published_change(c, recording, row["sha256"]) for c in own]
         folder = (tree / tree.session(name)).parent
+        if contents.tables is not None:
+            _write(Tree(folder), TABLE_FILE, contents.tables.contents[name])
         write_session(folder, session.model_copy(update=changed), recordings)
         if changes:
             _write(tree, Tree.changes(name), log_bytes(changes))
@@ -281,7 +308,7 @@ def _describe(
     if about_data.spectra:
         figure = draw(spectra_figure(about_data, about_data.spectra))
         _write(tree, tree.SPECTRA, encode(figure, "png"))
-    described = (tree.METADATA, tree.TYPED_METADATA, tree.FEATURES, tree.ARCHIVE)
+    described = [tree.TYPED_METADATA, *described_files(spec)]
     sizes = {name: (tree / name).stat().st_size for name in described}
     hashes = {name: file_sha256(tree / name) for name in described}
     _write(tree, tree.CROISSANT, json_bytes(croissant(about, table, hashes, sizes)))

@@ -112,6 +112,8 @@ class RecordingReader:
             session, _, recording_id = name.partition("/")
             declared, rows = self._session(dataset, session)
             row = rows[recording_id]
+            if row.table_row is not None:
+                raise NotPossibleError(f"recording {name!r} is a row of a table, without sound")
             folder = self._paths.session(dataset, session)
             try:
                 path = audio_path(folder, declared, row)

@@ -15,7 +15,7 @@ from ajgdata.live.steps import Control
 from ajgdata.loading import load_predictor
 from ajgdata.paths import Paths
 from ajgdata.pipeline.acquire_live import VIRTUAL, open_hands, sound_of_session, store_card
-from ajgdata.store.sessions import check_one_source, list_sessions, read_dataset
+from ajgdata.store.sessions import check_one_source, list_sessions, read_dataset, require_waveforms
 from ajgdata.types import DataError, DatasetSpec
 from ajgdata.types.protocol import NOTHING, SortPlan
 
@@ -33,6 +33,7 @@ def open_run(
     cannot be followed, before anything moves.
     """
     spec = read_dataset(paths, plan.dataset)
+    require_waveforms(spec, "ajgdata sort")
     predictor = sorting_model(paths, spec, plan)
     sessions = list_sessions(paths, spec.name)
     check_one_source(paths, spec, sessions, adding=plan.source == VIRTUAL)

@@ -39,6 +39,14 @@ FILES = (
     (Tree.SUMS, "SHA-256 of every file: sha256sum -c SHA256SUMS"),
 )
 
+#: The same of a data set of tables.
+FILES_WITHOUT_SOUND = (
+    *(file for file in FILES[:2]),
+    (Tree.FEATURES, "features and labels, netCDF-4"),
+    ("sessions/", "of each session: description, recordings and table of features, for ajgdata"),
+    *(file for file in FILES[6:]),
+)
+
 
 class CardFile(NamedTuple):
     """A file or folder of a published data set; `size` in bytes is "" for a folder."""
@@ -69,6 +77,8 @@ class CardView:
     left_out_count: str
     n_flagged: int
     is_simulated: bool
+    has_sound: bool
+    has_spectra: bool
     left_out: list[str]
     n_more_left_out: int
     flagged: list[IssueLine]
@@ -108,9 +118,9 @@ def card_view(
     types = {column.name: PANDAS_TYPES[column.data_type] for column in table.columns}
     left_out = [finding for finding in summary.findings if finding.leaves_out]
     flagged = [finding for finding in summary.findings if not finding.leaves_out]
-    content = f"{summary.sample_rate_hz} Hz"
-    if not summary.features.needs_waveform:
-        content = "without sound"
+    has_sound = summary.features.needs_waveform
+    content = f"{summary.sample_rate_hz} Hz" if has_sound else "without sound"
+    files = FILES if has_sound else FILES_WITHOUT_SOUND
     were = "recording was" if summary.n_left_out == 1 else "recordings were"
     return CardView(
         about=about,
@@ -123,12 +133,14 @@ def card_view(
         licence="" if about.is_unlicensed else about.spdx or about.spec.licence,
         label=targets[0] if targets else "object",
         column_types=Markup(json.dumps(types)),
-        files=[CardFile(name, sizes.get(name, ""), content) for name, content in FILES],
+        files=[CardFile(name, sizes.get(name, ""), content) for name, content in files],
         columns=table.columns,
         groups=" or ".join(sorted({task.groups for task in about.spec.tasks.values()})),
         left_out_count=f"{summary.n_left_out} {were}",
         n_flagged=summary.n_flagged,
         is_simulated=is_simulated,
+        has_sound=has_sound,
+        has_spectra=summary.spectra is not None,
         left_out=[_example(finding) for finding in left_out[:MAX_FINDINGS]],
         n_more_left_out=max(0, len(left_out) - MAX_FINDINGS),
         flagged=[
@@ -145,7 +157,10 @@ def _example(finding: Finding) -> str:
 
 def front_matter(about: About) -> dict[str, Any]:
     """Return what Hugging Face shows and searches, and which files are the data."""
-    categories = {"classification": "audio-classification", "regression": "tabular-regression"}
+    has_sound = about.spec.features.needs_waveform
+    classification = "audio-classification" if has_sound else "tabular-classification"
+    categories = {"classification": classification, "regression": "tabular-regression"}
+    data_files = [Tree.TYPED_METADATA, "audio/**"] if has_sound else [Tree.TYPED_METADATA]
     kinds = {about.spec.targets[task.target].kind for task in about.spec.tasks.values()}
     return {
         "pretty_name": about.title,
@@ -156,7 +171,7 @@ def front_matter(about: About) -> dict[str, Any]:
         "configs": [
             {
                 "config_name": "default",
-                "data_files": [{"split": "train", "path": [Tree.TYPED_METADATA, "audio/**"]}],
+                "data_files": [{"split": "train", "path": data_files}],
             }
         ],
     }

@@ -240,6 +240,7 @@ CODE: dict[str, tuple[str, ...]] = {
     "publish": (
         "pipeline/dataset_summary.py",
         "pipeline/publish.py",
+        "pipeline/published_tables.py",
         "pipeline/published_version.py",
         "pipeline/session_differences.py",
         "report/canvas.py",
@@ -255,6 +256,8 @@ CODE: dict[str, tuple[str, ...]] = {
         "store/features.py",
         "store/ffmpeg.py",
         "store/findings.py",
+        "store/imported_table.py",
+        "store/label_table.py",
         "store/labels.py",
         "store/publishing/*.py",
         "store/session_audio.py",

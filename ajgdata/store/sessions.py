@@ -107,6 +107,13 @@ def _with_checksum_of_sound(paths: Paths, spec: DatasetSpec) -> DatasetSpec:
     return spec.model_copy(update={"excitation": present})
 
 
+def require_waveforms(spec: DatasetSpec, where: object) -> None:
+    """Raise DataError, for the command or function `where`, if recordings have no waveform."""
+    if not spec.features.needs_waveform:
+        problem = f"{spec.name} is a table of features, and has no recordings of sound"
+        raise DataError(where, problem, "name a data set with recordings")
+
+
 def read_declaration(path: Path) -> DatasetSpec:
     """Return a declaration from any file. Raises DataError with file, line, key, value and fix.
 

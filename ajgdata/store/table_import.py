@@ -177,8 +177,11 @@ class _SessionRows:
         )
         parent = self.source.table.path.resolve().parent.name or "new"
         proposed = shell_quoted(f"{parent}_{self.target.name}")
-        fix = f"import it with --session {proposed}; if its values were edited, use "
-        return DataError(self.target, problem, f"{fix}--on-change files")
+        fix = (
+            f"import it with --session {proposed}, or with --on-change files if its values were"
+            " edited"
+        )
+        return DataError(self.target, problem, fix)
 
     def write(self, result: Imported) -> None:
         """Write the table, recordings.csv and session.yaml."""

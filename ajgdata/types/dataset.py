@@ -244,6 +244,23 @@ class DatasetSpec(Strict):
         return self
 
     @model_validator(mode="after")
+    def _table_has_no_sound(self) -> DatasetSpec:
+        if self.features.needs_waveform:
+            return self
+        plans = [name for name in ("recipe", "protocol") if getattr(self, name) is not None]
+        if plans:
+            raise ValueError(
+                f"features.kind is {self.features.kind}, which has no recordings: remove {plans[0]}"
+            )
+        for name, task in self.tasks.items():
+            if task.augment is not None:
+                raise ValueError(
+                    f"task {name}: augment changes recordings, and features.kind "
+                    f"{self.features.kind} has none: remove augment"
+                )
+        return self
+
+    @model_validator(mode="after")
     def _no_embedding_of_placebos(self) -> DatasetSpec:
         if self.placebo and self.embeddings:
             raise ValueError(

@@ -39,6 +39,14 @@ def licence_identifier(licence: str) -> str:
     return licence if re.fullmatch(r"[A-Za-z0-9.+-]+", licence) else ""
 
 
+def described_files(spec: DatasetSpec) -> dict[str, DescribedFile]:
+    """Return the files that both documents describe, by path; without sound there is no archive."""
+    if spec.features.needs_waveform:
+        return DESCRIBED_FILES
+    features = DESCRIBED_FILES[Tree.FEATURES]._replace(description="features and labels")
+    return {Tree.METADATA: DESCRIBED_FILES[Tree.METADATA], Tree.FEATURES: features}
+
+
 @dataclass(frozen=True)
 class About:
     """Data set config, source, date (e.g. `2026-01-31`) and device of a published data set."""

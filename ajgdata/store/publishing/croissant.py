@@ -9,7 +9,7 @@ from typing import Any
 import mlcroissant as mlc
 
 from ajgdata.paths import AUDIO_FOLDER, Tree
-from ajgdata.store.publishing.about import DESCRIBED_FILES, About
+from ajgdata.store.publishing.about import About, described_files
 from ajgdata.store.publishing.table import FILE_NAME, PublishedTable
 
 #: Record sets of croissant.json.
@@ -35,6 +35,9 @@ def croissant(
     about: About, table: PublishedTable, hashes: Mapping[str, str], sizes: Mapping[str, int]
 ) -> dict[str, Any]:
     """Return croissant.json; `hashes` and `sizes` (bytes) are those of the files it names."""
+    record_sets = [_recordings(table)]
+    if about.spec.features.needs_waveform:
+        record_sets.append(_audio())
     metadata = mlc.Metadata(
         name=about.spec.name,
         description=about.description,
@@ -47,19 +50,20 @@ def croissant(
         license=[about.licence_url or about.spec.licence],
         url=about.spec.url or about.doi_url or "https://arxiv.org/abs/2603.00351",
         version=about.spec.version,
-        distribution=_distribution(table, hashes, sizes),
-        record_sets=[_recordings(table), _audio()],
+        distribution=_distribution(about, table, hashes, sizes),
+        record_sets=record_sets,
     )
     document: dict[str, Any] = metadata.to_json()
     return {**document, "alternateName": about.title}
 
 
 def _distribution(
-    table: PublishedTable, hashes: Mapping[str, str], sizes: Mapping[str, int]
+    about: About, table: PublishedTable, hashes: Mapping[str, str], sizes: Mapping[str, int]
 ) -> list[Any]:
-    """Return the files of the data set, and the set of recordings in the archive."""
+    """Return the files of the data set, and the set of recordings in the archive, if it has one."""
     described = {
-        path: (file.media_type, file.description) for path, file in DESCRIBED_FILES.items()
+        path: (file.media_type, file.description)
+        for path, file in described_files(about.spec).items()
     }
     described[Tree.TYPED_METADATA] = _TYPED_FILE
     files: list[Any] = [
@@ -74,6 +78,8 @@ def _distribution(
         )
         for name, (mime, description) in described.items()
     ]
+    if not about.spec.features.needs_waveform:
+        return files
     suffixes = sorted({Path(row[FILE_NAME]).suffix for row in table.rows})
     audio = mlc.FileSet(
         id=_AUDIO_FILES,

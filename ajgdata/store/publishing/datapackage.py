@@ -7,7 +7,7 @@ from typing import Any
 
 import frictionless
 
-from ajgdata.store.publishing.about import DESCRIBED_FILES, About
+from ajgdata.store.publishing.about import About, described_files
 from ajgdata.store.publishing.table import FILE_NAME, PublishedColumn, PublishedTable
 from ajgdata.types.formats import PACKAGE_KEY, PUBLISHED_FORMAT
 
@@ -34,7 +34,7 @@ def datapackage(
             hash=f"sha256:{hashes[path]}",
             bytes=sizes[path],
         )
-        for path, file in DESCRIBED_FILES.items()
+        for path, file in described_files(about.spec).items()
     ]
     resources[0].encoding = "utf-8"
     resources[0].schema = frictionless.Schema.from_descriptor(

@@ -60,9 +60,12 @@ class PublishedTable:
         return csv_bytes([column.name for column in self.columns], self.rows)
 
 
-def table_of(store: FeatureRows, suffixes: Sequence[str], location: object) -> PublishedTable:
+def table_of(
+    store: FeatureRows, suffixes: Sequence[str] | None, location: object
+) -> PublishedTable:
     """Return the table of a feature file; `suffixes` (n,) are those of the recordings, with a dot.
 
+    Without suffixes, the recordings have no files, and the table has no column for them.
     Raises DataError, with all names, for columns to which readers give another meaning.
     """
     reasons = unpublishable(store.columns)
@@ -76,13 +79,18 @@ def table_of(store: FeatureRows, suffixes: Sequence[str], location: object) -> P
     names = [name for name in order if name in store.columns]
     cells = {name: cell_texts(store.columns[name].values) for name in names}
     hashes = cells["sha256"]
+    columns = tuple(_column(name, store) for name in names)
+    if suffixes is None:
+        count = len(hashes)
+        plain = tuple({name: cells[name][row] for name in names} for row in range(count))
+        return PublishedTable(columns, plain)
     rows = [
         {FILE_NAME: file_name(recording, hashes[row], suffixes[row])}
         | {name: cells[name][row] for name in names}
         for row, recording in enumerate(cells["recording"])
     ]
     first = PublishedColumn(FILE_NAME, "string", description=MEANING[FILE_NAME])
-    return PublishedTable((first, *(_column(name, store) for name in names)), tuple(rows))
+    return PublishedTable((first, *columns), tuple(rows))
 
 
 def _is_target(store: FeatureRows, name: str) -> bool:
