@@ -17,7 +17,14 @@ from typing import Any
 
 import numpy as np
 
-from ajgdata.store.feature_array import CHANNEL, Axis, FeatureArray, channel_axis, column_axis
+from ajgdata.store.feature_array import (
+    CHANNEL,
+    Axis,
+    FeatureArray,
+    TableRow,
+    channel_axis,
+    column_axis,
+)
 from ajgdata.types import AudioSettings, DataError, FeatureKind
 from ajgdata.types.extras import optional_packages
 
@@ -100,12 +107,13 @@ class FeatureComputer:
             raise ValueError(f"the feature {self._settings.kind} has NaN or infinity")
         return result
 
-    def from_table(self, path: Path, row: int) -> FeatureArray:
-        """Return the feature in a row of an imported table, counted from 1.
+    def from_table(self, row: TableRow) -> FeatureArray:
+        """Return the feature in a row of an imported table.
 
-        Raises ValueError for a row without this feature.
+        Raises ValueError for a row without this feature, and DataError for a table that cannot be
+        used, or that changed since the import.
         """
-        values: np.ndarray = self._function(path, row, self._settings)
+        values: np.ndarray = self._function(row, self._settings)
         return FeatureArray(values.astype(np.float32), self.axes)
 
     def _computed(self, samples: np.ndarray, played: np.ndarray | None) -> FeatureArray:

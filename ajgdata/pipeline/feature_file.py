@@ -331,9 +331,10 @@ def _joined(
     names = set().union(*(part.columns for part in parts))
     flags = [",".join(sorted({issue.code for issue in row.issues})) for row in rows]
     levels = [levels_text(row.levels_db) for row in rows]
+    hash_meaning = f"SHA-256 of the {'file' if computer.needs_waveform else 'features'}"
     columns = {
         **label_columns(labels, names, targets),
-        "sha256": text_column([row.sha256 for row in rows], long_name="SHA-256 of the file"),
+        "sha256": text_column([row.sha256 for row in rows], long_name=hash_meaning),
         "flags": text_column(flags, long_name="findings"),
         CHANNEL_LEVELS: text_column(levels, long_name=MEANINGS[CHANNEL_LEVELS]),
     }

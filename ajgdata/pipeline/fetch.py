@@ -166,7 +166,8 @@ def _register(paths: Paths, tree: Tree, name: str, with_models: bool) -> Fetched
 def _required(tree: Tree, with_models: bool) -> dict[str, str]:
     """Return the hashes of the files to fetch, by name; the archive contains the recordings.
 
-    A data set of tables has no archive. Raises DataError if a file is missing, or if there is no model `with_models`.
+    A data set of tables has no archive. Raises DataError if a file is missing, or if there is no
+    model `with_models`.
     """
     hashes = read_checksums(tree / tree.SUMS)
     required = {Tree.DECLARATION, *STORED_FILES} - {Tree.SUMS}

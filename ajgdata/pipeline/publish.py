@@ -79,7 +79,9 @@ def publish(
     """Write the data set `dataset` with its features into the folder `out`, all or nothing.
 
     A segment of a long file becomes a file with the same samples, and the used rows of an imported
-    table become a table of their session. The folder contains the of the feature file `store` (default: that of `load_features`). `models` are files of final models by name (see `pipeline.published_models`).
+    table become a table of their session. The folder contains the recordings of the feature file
+    `store` (default: that of `load_features`). `models` are files of final models by name (see
+    `pipeline.published_models`).
     Raises DataError, and keeps the old folder, if features are missing or differ from the
     recordings of the sessions, if the folder has the same version with other content, or if another
     process publishes there.
@@ -166,14 +168,9 @@ def _contents(paths: Paths, spec: DatasetSpec, features: Path) -> _Contents:
         recording = tables.recordings[name]
         recordings[name] = recording, audio_path(folder, session, recording)
     contents = _Contents(store, sessions, recordings)
-    columns = spec.features.table_columns
-    if not columns:
+    if spec.features.needs_waveform:
         return contents
-    hashes = FileHashes()
-    for recording, path in recordings.values():
-        if hashes[path] != recording.sha256:
-            raise _changed(contents, path)
-    published = published_tables(recordings, columns)
+    published = published_tables(recordings, sessions, spec.features.table_columns)
     store = replace(store, columns=with_published_rows(store, published))
     return replace(contents, store=store, tables=published)
 

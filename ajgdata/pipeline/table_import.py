@@ -14,14 +14,15 @@ from ajgdata.pipeline.feature_columns import (
 )
 from ajgdata.pipeline.importing import declared_dataset, note_columns
 from ajgdata.pipeline.schemas import dataset_schema, register_dataset, schema_bytes
+from ajgdata.store.audio import file_sha256
 from ajgdata.store.file_segments import FilePart
-from ajgdata.store.imported_table import NO_VALUE, ImportedTable, read_imported_table
+from ajgdata.store.imported_table import NO_VALUE, ImportedTable, column_values, read_imported_table
 from ajgdata.store.importing import Imported, known_sessions
 from ajgdata.store.lock import ADDING_RECORDINGS, locked
 from ajgdata.store.scan import ROLES, Scan, add_rows, template_columns
 from ajgdata.store.session_names import slug
 from ajgdata.store.sessions import check_one_source, list_sessions, read_dataset, read_recordings
-from ajgdata.store.table_import import import_rows, label_cells, table_source
+from ajgdata.store.table_import import TableSource, import_rows, label_cells
 from ajgdata.types import (
     DataError,
     DatasetSpec,
@@ -69,8 +70,8 @@ def import_table(
         _note_new_columns(paths, table, declared, scanned)
     else:
         features = choose_columns(table, columns, labels, scanned.remarks)
-    source = table_source(table, features)
-    for kind, remarks in note_values(table, features, source.values).items():
+    values = column_values(table, features)
+    for kind, remarks in note_values(table, features, values).items():
         scanned.remarks[kind] += remarks
     rows = {FilePart(row): cells for row, cells in label_cells(table, features).items()}
     try:
@@ -89,6 +90,7 @@ def import_table(
     note_columns(paths, spec, scanned, targets)
     is_named = bool(settings and settings.session and not template_columns(settings.session))
     with locked(paths.recordings(dataset), ADDING_RECORDINGS):
+        source = TableSource(table, features, file_sha256(file))
         result = import_rows(paths, dataset, scanned, source, on_change, is_named=is_named)
         if not path.exists():
             register_dataset(paths, spec, schema_bytes(dataset_schema()))

@@ -7,12 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from ajgdata.features.compute import FeatureComputer
+from ajgdata.store.audio import AudioError
 from ajgdata.store.features import FeatureRows
 from ajgdata.store.files import sha256_of
 from ajgdata.store.findings import is_rejected, rejected, without_rejected
 from ajgdata.store.labels import bad_labels, comparable_labels, copies, take_rows
 from ajgdata.store.session_audio import AudioFile, SessionAudio
-from ajgdata.types import DatasetSpec, Finding
+from ajgdata.types import DataError, DatasetSpec, Finding
 
 #: Fewest columns of a table in which equal rows are copies: rows of a few rounded numbers can be
 #: equal by chance.
@@ -32,7 +33,12 @@ def examine_row(
         problem = "is a sound file, but the features of this data set are columns of a table"
         return None, (Finding(*names, "error", "no_table_row", problem, fix),)
     try:
-        return computer.from_table(file.path, file.table_row).values, ()
+        return computer.from_table(file.table_row).values, ()
+    except AudioError as error:
+        issue = Finding(*names, "error", error.remark.code, error.problem, error.fix)
+        return None, (issue,)
+    except DataError as error:
+        return None, (Finding(*names, "error", "no_feature", error.problem, error.fix),)
     except ValueError as error:
         fix = "correct the table and import it again, or remove the column from features.columns"
         return None, (Finding(*names, "error", "no_feature", str(error), fix),)

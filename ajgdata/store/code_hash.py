@@ -382,19 +382,24 @@ def features_code(features: FeatureKind) -> str:
         return code_hash("features")
     if own in SHIPPED:
         kind = CodeSource(PACKAGE / "types" / "features.py", (own.__name__, "ShortTime"))
-        added = [kind, *(CodeSource(PACKAGE / "features" / f"{name}.py") for name in KINDS[module])]
+        added = [kind, *(CodeSource(PACKAGE / file) for file in KINDS[module])]
         return code_hash("features", *added)
     files = _files_of((module, own.__module__))
     return code_hash("features", *(CodeSource(file) for file in files))
 
 
-#: Files in `features` of each kind of feature, by the module of its function.
+_SPECTROGRAM = "features/spectrogram.py"
+#: Files of each kind of feature, by the module of its function.
 KINDS = {
-    "ajgdata.features.embedding": ("embedding",),
-    "ajgdata.features.mel": ("mel", "spectrogram"),
-    "ajgdata.features.spectrogram": ("spectrogram",),
-    "ajgdata.features.table": ("table",),
-    "ajgdata.features.transfer_function": ("transfer_function", "spectrogram"),
+    "ajgdata.features.embedding": ("features/embedding.py",),
+    "ajgdata.features.mel": ("features/mel.py", _SPECTROGRAM),
+    "ajgdata.features.spectrogram": (_SPECTROGRAM,),
+    "ajgdata.features.table": (
+        "features/table.py",
+        "store/imported_table.py",
+        "store/label_table.py",
+    ),
+    "ajgdata.features.transfer_function": ("features/transfer_function.py", _SPECTROGRAM),
 }
 _digest = functools.cache(CodeSource.digest)
 

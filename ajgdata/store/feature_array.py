@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -45,6 +47,16 @@ class FeatureArray:
     values: np.ndarray
     axes: tuple[Axis, ...]
     doubts: tuple[tuple[str, str, str], ...] = ()
+
+
+class TableRow(NamedTuple):
+    """A row of an imported table, counted from 1 below the header, and the sha256 of its values in
+    `columns`."""
+
+    path: Path
+    number: int
+    columns: tuple[str, ...]
+    sha256: str
 
 
 def frequency_axis(frequency_hz: np.ndarray) -> Axis:

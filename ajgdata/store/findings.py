@@ -15,7 +15,9 @@ _FILE_CODES = frozenset(
     ("missing", "unreadable", "empty", "damaged", "truncated", "no_samples", "implausible")
 )
 #: Codes of recordings that differ from their row, and of rows and sessions that cannot be read.
-_TABLE_CODES = frozenset(("changed", "escapes", "bad_row", "duplicate_id", "bad_session"))
+_TABLE_CODES = frozenset(
+    ("changed", "escapes", "bad_row", "bad_table", "duplicate_id", "bad_session")
+)
 #: Codes of recordings that could not be read as their table describes them. Other errors are
 #: properties of a readable sound (silent, too short, another rate) or decisions of a person
 #: (`rejected`).

@@ -5,11 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ajgdata.store.audio import AudioError
+from ajgdata.store.feature_array import TableRow
+from ajgdata.store.files import sha256_of
 from ajgdata.store.label_table import read_label_table
 from ajgdata.store.labels import number
 from ajgdata.types import DataError
@@ -134,6 +138,54 @@ def column_values(table: ImportedTable, columns: Sequence[str]) -> np.ndarray:
                 fix = "correct the cell, or remove the column from the features"
                 raise DataError(table.places[row], problem, fix) from None
     return values
+
+
+def row_hashes(values: np.ndarray, columns: Sequence[str]) -> list[str]:
+    """Return the sha256 of each row of values (n, columns), float64, and of the names of columns.
+
+    It does not depend on the format of the table and on its other columns.
+    """
+    names = "\n".join(columns).encode()
+    return [sha256_of(names + row.astype("<f8").tobytes()) for row in values]
+
+
+def read_values(path: Path, columns: tuple[str, ...]) -> tuple[np.ndarray, list[str]]:
+    """Return the values (n, columns), float64, of a table, and the place of each row.
+
+    The last tables are kept, and read again if the time or the size of their file changes. Raises
+    DataError for a table that cannot be read.
+    """
+    try:
+        state = path.stat()
+    except OSError as error:
+        problem = f"cannot be read ({error.strerror})"
+        raise DataError(path, problem, "restore the table") from None
+    return _read_values(path, state.st_mtime_ns, state.st_size, columns)
+
+
+@lru_cache(maxsize=4)
+def _read_values(
+    path: Path, time_ns: int, size: int, columns: tuple[str, ...]
+) -> tuple[np.ndarray, list[str]]:
+    """Return the values of a table whose file has this time and size."""
+    table = read_imported_table(path)
+    return column_values(table, columns), list(table.places)
+
+
+def check_row(row: TableRow) -> None:
+    """Raise AudioError if a table cannot be read, or if a row has other values than at the import.
+
+    A table with other values than numbers is read again for each row.
+    """
+    try:
+        values, _ = read_values(row.path, row.columns)
+    except DataError as error:
+        raise AudioError(row.path, "bad_table", error.problem, error.fix) from None
+    own = values[row.number - 1 : row.number]
+    if row_hashes(own, row.columns) != [row.sha256]:
+        problem = f"the features in row {row.number} are not those of the import (sha256 differs)"
+        fix = "restore the table, or import the edited original with --on-change files"
+        raise AudioError(row.path, "changed", problem, fix)
 
 
 def cell_value(text: str) -> float:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from ajgdata.paths import RECORDINGS_FILE
 from ajgdata.store.audio import AudioError, FileHashes, file_sha256
+from ajgdata.store.feature_array import TableRow
 from ajgdata.store.sessions import audio_path, read_recordings, read_session
 from ajgdata.types import (
     SEGMENT_COLUMNS,
@@ -40,19 +41,20 @@ class AudioFile:
     """The file of a recording, the sha256 of its bytes, the part that is the recording, and the
     file of the played sound, if there is one.
 
-    A recording without a waveform is a row of a table: `table_row`, counted from 1."""
+    A recording without a waveform is a row of a table, whose checksum is not compared here."""
 
     recording_id: str
     path: Path
     sha256: str
     segment: Segment = WHOLE_FILE
     played: PlayedFile | None = None
-    table_row: int | None = None
+    table_row: TableRow | None = None
 
     @property
     def sound_id(self) -> str:
         """Text that is equal for equal sounds (see `Segment.sound_id`)."""
-        return part_id(self.sha256, self.segment, self.table_row)
+        number = None if self.table_row is None else self.table_row.number
+        return part_id(self.sha256, self.segment, number)
 
 
 @dataclass
@@ -108,17 +110,15 @@ def check_session(folder: Path, trusted: Mapping[str, str] | None = None) -> Ses
                 path = Path(session.audio_root or folder, recording.file)
             else:
                 path = audio_path(folder, session, recording)
-                digest = hashes[path]
-                check_unchanged(path, digest, recording.sha256, folder.parents[1].name)
-            audio_file = AudioFile(
-                recording.recording_id,
-                path,
-                digest,
-                recording.segment,
-                played,
-                recording.table_row,
+                if recording.table_row is None:
+                    digest = hashes[path]
+                    check_unchanged(path, digest, recording.sha256, folder.parents[1].name)
+                else:
+                    digest = recording.sha256
+            row = table_row(session, path, recording)
+            result.files.append(
+                AudioFile(recording.recording_id, path, digest, recording.segment, played, row)
             )
-            result.files.append(audio_file)
             if not recording.sha256:
                 result.findings.append(_without_hash(folder, recording))
         except DataError as error:
@@ -191,6 +191,14 @@ def check_unchanged(path: Path, digest: str, declared: str, dataset: str = "NAME
             f"`ajgdata check {dataset} --accept`"
         )
         raise AudioError(path, "changed", problem, fix)
+
+
+def table_row(session: Session, path: Path, recording: Recording) -> TableRow | None:
+    """Return the row of the table `path` that is a recording; None for sound."""
+    if recording.table_row is None:
+        return None
+    columns = session.table_columns or ()
+    return TableRow(path, recording.table_row, columns, recording.sha256)
 
 
 def label_rows(session: Session, recordings: Sequence[Recording]) -> list[dict[str, str]]:

@@ -13,14 +13,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from pydantic import ValidationError
 
 from ajgdata.paths import IMPORTED_TABLES_FOLDER, SESSION_FILE, Paths
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.changes import read_changes
 from ajgdata.store.files import copy as copy_file
-from ajgdata.store.imported_table import ImportedTable, column_values, read_imported_table
+from ajgdata.store.imported_table import ImportedTable, column_values, row_hashes
 from ajgdata.store.importing import (
     DIGEST_DIGITS,
     Imported,
@@ -46,11 +45,10 @@ OTHER_TABLE = "is not in this table, but may be in another one. The recording st
 
 @dataclass(frozen=True)
 class TableSource:
-    """A table to import: its rows, the values (n, columns) of its features, and its sha256."""
+    """A table to import, the columns that are features, and the sha256 of its file."""
 
     table: ImportedTable
     columns: tuple[str, ...]
-    values: np.ndarray
     sha256: str
 
 
@@ -107,7 +105,7 @@ class _SessionRows:
         #: Labels that people set, which count instead of those of the rows.
         self.changes = read_changes(target)
         self.grasps = known_grasps(self.rows.values())
-        self.declared = _new_session(target, scanned)
+        self.declared = _new_session(target, scanned, source.columns)
         if (target / SESSION_FILE).is_file():
             self.declared = read_session(target)
         if any(row.table_row is None for row in self.rows.values()):
@@ -115,24 +113,12 @@ class _SessionRows:
             raise DataError(target, problem, "import the table with another --session")
         #: Each row of the table with its recording_id.
         self.names: list[tuple[ScannedFile, str]] = []
-        self.known_values = self._known_values()
+        columns = self.declared.table_columns or source.columns
+        self._hashes = row_hashes(column_values(source.table, columns), columns)
 
-    def _known_values(self) -> dict[str, bytes]:
-        """Return the features of the rows of the session, by recording_id."""
-        values = {}
-        tables = {}
-        for name, row in self.rows.items():
-            if row.file not in tables:
-                table = read_imported_table(inside(self.target, row.file))
-                tables[row.file] = column_values(table, self.source.columns)
-            number = row.table_row or 0
-            if number <= len(tables[row.file]):
-                values[name] = tables[row.file][number - 1].tobytes()
-        return values
-
-    def _values(self, row: ScannedFile) -> bytes:
-        """Return the features of a row of the table."""
-        return self.source.values[int(row.path.name) - 1].tobytes()
+    def _sha256(self, row: ScannedFile) -> str:
+        """Return the checksum of the features in a row of the table."""
+        return self._hashes[int(row.path.name) - 1]
 
     def match(self, *, is_named: bool) -> None:
         """Find the recording_id of each row of the table.
@@ -140,14 +126,14 @@ class _SessionRows:
         It is that of a recording with equal features, else that of the row with its recording_id or
         number, else a new one. Raises DataError if the table is probably another one.
         """
-        by_values: dict[bytes, list[str]] = defaultdict(list)
-        for name in sorted(self.known_values):
-            by_values[self.known_values[name]].append(name)
+        by_sha256: dict[str, list[str]] = defaultdict(list)
+        for name, recording in sorted(self.rows.items()):
+            by_sha256[recording.sha256].append(name)
         by_number = {row.table_row: name for name, row in self.rows.items()}
         free = set(self.rows)
         names: dict[Path, str] = {}
         for row in self.scanned.files:
-            equal = by_values[self._values(row)]
+            equal = by_sha256[self._sha256(row)]
             own = row.cells["recording_id"] or by_number.get(int(row.path.name), "")
             name = next((name for name in [own, *equal] if name in free and name in equal), "")
             if name:
@@ -205,16 +191,18 @@ class _SessionRows:
         """Return `file` of the rows: the name of the table, with a digest if another one has it."""
         path = self.source.table.path
         plain = f"{IMPORTED_TABLES_FOLDER}/{path.name}"
-        digest = self.source.sha256
-        taken = {row.file: row.sha256 for row in self.rows.values()}
-        if taken.get(plain, digest) == digest:
+        stored = self.target / plain
+        is_used = any(row.file == plain for row in self.rows.values())
+        if not is_used or (stored.is_file() and file_sha256(stored) == self.source.sha256):
             return plain
-        return f"{IMPORTED_TABLES_FOLDER}/{path.stem}~{digest[:DIGEST_DIGITS]}{path.suffix}"
+        digest = self.source.sha256[:DIGEST_DIGITS]
+        return f"{IMPORTED_TABLES_FOLDER}/{path.stem}~{digest}{path.suffix}"
 
     def _take(self, row: ScannedFile, name: str, file: str, result: Imported) -> None:
         """Import one row as the recording `name`, or list the reason why it is not imported."""
         old = self.rows.get(name)
-        is_edited = old is not None and self.known_values.get(name) != self._values(row)
+        sha256 = self._sha256(row)
+        is_edited = old is not None and old.sha256 != sha256
         if is_edited and self.on_change != OnChange.FILES:
             self.remarks["kept"].append((name, OTHER_VALUES))
             return
@@ -222,7 +210,7 @@ class _SessionRows:
         values: dict[str, Any] = {
             "recording_id": name,
             "file": file,
-            "sha256": self.source.sha256,
+            "sha256": sha256,
             "table_row": number,
             "labels": row.labels,
         }
@@ -240,8 +228,8 @@ class _SessionRows:
         by_hand = self.changes.cells(name, old.sha256)
         new = merged_row(old, new, by_hand, self.on_change, self.remarks, has_quality=has_quality)
         self.rows[name] = new
-        place = {"file": old.file, "sha256": old.sha256, "table_row": old.table_row}
-        if is_edited or new.model_copy(update=place) != old:
+        place = {"file": old.file, "table_row": old.table_row}
+        if new.model_copy(update=place) != old:
             result.changed += 1
         else:
             result.unchanged += 1
@@ -262,21 +250,16 @@ class _SessionRows:
             result.removed += len(gone)
 
 
-def _new_session(target: Path, scanned: Scan) -> Session:
+def _new_session(target: Path, scanned: Scan, columns: tuple[str, ...]) -> Session:
     """Return session.yaml of a new session."""
     return Session(
         session_id=target.name,
         source="virtual-import" if scanned.is_simulated else "import",
         imported_as=scanned.session_texts.get(target.name),
+        table_columns=columns,
         software=f"ajgdata {software()['ajgdata_version']}",
         notes=f"imported from a table in a folder named {scanned.folder.name!r}",
     )
-
-
-def table_source(table: ImportedTable, columns: Sequence[str]) -> TableSource:
-    """Return the source of an import. Raises DataError for a column that is missing or has text."""
-    values = column_values(table, columns)
-    return TableSource(table, tuple(columns), values, file_sha256(table.path))
 
 
 def label_cells(table: ImportedTable, columns: Sequence[str]) -> Mapping[Path, dict[str, str]]:

@@ -169,6 +169,11 @@ class Session(Strict):
         description="true if `--session` added another folder; an import then removes no "
         "recordings",
     )
+    table_columns: tuple[str, ...] | None = Field(
+        None,
+        description="columns of the imported tables of features, whose values are the checksum of "
+        "a row; null: the session has sound",
+    )
     software: str = Field("", description="program and version that wrote this session")
     scene: dict[str, Any] = Field({}, description="settings of the source, for provenance")
     skipped: dict[str, str] = Field({}, description="reason by grasp that was not recorded")
@@ -201,8 +206,8 @@ class Recording(Strict):
     )
     sha256: Annotated[str, Field(pattern=r"^([0-9a-f]{64})?$")] = Field(
         "",
-        description="checksum of the file; without a checksum, changes of the file are not "
-        "detected; `ajgdata check NAME --accept` stores it",
+        description="checksum of the file, or of the features in `table_row`; without a checksum, "
+        "changes are not detected; `ajgdata check NAME --accept` stores it",
     )
     start_s: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = Field(
         None, description="start of the recording in the file in s; empty: that of the file"
