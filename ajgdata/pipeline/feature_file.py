@@ -20,7 +20,6 @@ from ajgdata.pipeline.recordings import examine, finding, no_feature, played_sam
 from ajgdata.pipeline.session_levels import level_issues
 from ajgdata.pipeline.similar_sounds import without_equal_sounds
 from ajgdata.pipeline.table_rows import examine_row, without_equal_rows
-from ajgdata.store import ffmpeg
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.features import FeatureRows, read_store, text_column, write_store
 from ajgdata.store.files import sha256_of
@@ -60,7 +59,7 @@ from ajgdata.types import (
     Target,
     left_out,
 )
-from ajgdata.types.extras import installed_version
+from ajgdata.types.extras import FFMPEG, FFMPEG_SUFFIXES, installed_version
 from ajgdata.types.session import SIMULATED_SOURCES
 
 SETTINGS_ATTRIBUTE = "settings_digest"
@@ -102,8 +101,8 @@ class Previous:
         """
         if (file.recording_id, file.sound_id) not in self.rows[session]:
             return False
-        is_ffmpeg_file = file.path.suffix.lower() in ffmpeg.SUFFIXES
-        return not is_ffmpeg_file or self.decoder == installed_version(ffmpeg.PACKAGE)
+        is_ffmpeg_file = file.path.suffix.lower() in FFMPEG_SUFFIXES
+        return not is_ffmpeg_file or self.decoder == installed_version(FFMPEG)
 
     def trusted(self, session: str, tables: str) -> dict[str, str]:
         """Return the stored sha256 of the recordings of a session, by recording_id.
@@ -184,7 +183,7 @@ def build_feature_file(
         tables=digests,
         imported_tables=imported,
         parameter=tuple(tables),
-        decoder=installed_version(ffmpeg.PACKAGE),
+        decoder=installed_version(FFMPEG),
         settings=feature_settings(audio, features, targets),
         code=code,
         features=file_sha256(store),

@@ -15,10 +15,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-#: Package that contains FFmpeg.
-PACKAGE = "av"
-#: Suffixes of the names of files that FFmpeg decodes.
-SUFFIXES = (".m4a", ".mp4", ".aac", ".wma")
 #: Bytes at the beginning of a file that decide whether FFmpeg decodes it.
 HEAD_BYTES = 16
 #: First bytes of a WMA file: the identity of its container, ASF.

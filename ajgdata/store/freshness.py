@@ -13,7 +13,6 @@ from typing import Any
 from pydantic import Field, ValidationError
 
 from ajgdata.paths import CHANGES_FILE, RECORDINGS_FILE, SESSION_FILE, Paths
-from ajgdata.store import ffmpeg
 from ajgdata.store.changes import read_changes
 from ajgdata.store.code_hash import features_code
 from ajgdata.store.files import json_bytes, read_csv, read_json, read_yaml, sha256_of, write_bytes
@@ -34,7 +33,7 @@ from ajgdata.types import (
     Strict,
     Target,
 )
-from ajgdata.types.extras import installed_version
+from ajgdata.types.extras import FFMPEG, FFMPEG_SUFFIXES, installed_version
 from ajgdata.types.formats import FORMAT_KEY, SESSION_FORMAT
 
 
@@ -126,8 +125,8 @@ def _session_values(path: Path) -> dict[str, Any]:
 def _recordings_values(path: Path) -> Any:
     """Return the rows of recordings.csv, with the version of FFmpeg if it decodes a recording."""
     rows = read_csv(path)[1]
-    if any(row.get("file", "").lower().endswith(ffmpeg.SUFFIXES) for row in rows):
-        return {"rows": rows, "decoder": installed_version(ffmpeg.PACKAGE)}
+    if any(row.get("file", "").lower().endswith(FFMPEG_SUFFIXES) for row in rows):
+        return {"rows": rows, "decoder": installed_version(FFMPEG)}
     return rows
 
 

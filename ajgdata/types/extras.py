@@ -16,6 +16,9 @@ from importlib.metadata import PackageNotFoundError, metadata, requires, version
 from ajgdata.types.errors import DataError
 
 PACKAGE = "ajgdata"
+#: Package that contains FFmpeg, and suffixes of the names of files that FFmpeg decodes.
+FFMPEG = "av"
+FFMPEG_SUFFIXES = (".m4a", ".mp4", ".aac", ".wma")
 #: Names of modules that differ from the name of their package by more than an underscore.
 PACKAGES = {"bs4": "beautifulsoup4", "markdown_it": "markdown-it-py", "umap": "umap-learn"}
 #: A requirement of an extra: package, extras of the package, and name of our extra.
