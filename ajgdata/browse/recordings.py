@@ -7,8 +7,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ajgdata.paths import RECORDINGS_FILE, SESSION_FILE, Paths
+from ajgdata.paths import CHANGES_FILE, RECORDINGS_FILE, SESSION_FILE, Paths
 from ajgdata.pipeline.validate import validate_dataset
+from ajgdata.store.changes import ChangeLog, read_changes
 from ajgdata.store.findings import read_findings
 from ajgdata.store.labels import placement_name
 from ajgdata.store.session_audio import label_rows
@@ -35,7 +36,7 @@ from ajgdata.types import (
 MAX_CHECKED = 2_000
 _NO_WAVEFORM = "the data set is a table of features without recordings"
 #: Files of a session whose change is seen at the next look at the page.
-_TABLES = (RECORDINGS_FILE, SESSION_FILE, "changes.jsonl")
+_TABLES = (RECORDINGS_FILE, SESSION_FILE, CHANGES_FILE)
 
 
 @dataclass(frozen=True)
@@ -49,13 +50,23 @@ class AudioPart:
 
 
 @dataclass(frozen=True)
+class Decision:
+    """What people decided about a recording: `state` is ok, reject or label, and "" without a
+    decision that counts; `note` are all notes."""
+
+    state: str = ""
+    note: str = ""
+
+
+@dataclass(frozen=True)
 class SessionRows:
-    """The recordings of one session: labels, sounds and issues of its table, by recording_id."""
+    """The recordings of one session: labels, sounds and decisions of each, and all issues."""
 
     folder: Path
     about: Session | None
     rows: tuple[dict[str, str], ...]
     sounds: tuple[AudioPart, ...]
+    decisions: tuple[Decision, ...]
     issues: tuple[Finding, ...]
 
     @property
@@ -79,6 +90,7 @@ class RecordingTable:
     names: tuple[str, ...]
     rows: tuple[Mapping[str, str], ...]
     sounds: tuple[AudioPart, ...]
+    decisions: tuple[Decision, ...]
     issues: Mapping[str, Sequence[Finding]]
     general: Sequence[Finding]
     #: Why there are no issues of sounds; "" if there are.
@@ -184,9 +196,10 @@ def read_session_rows(folder: Path) -> SessionRows:
     try:
         session = read_session(folder)
         recordings, issues = read_recordings(folder)
+        log = read_changes(folder)
     except DataError as error:
         issue = Finding(name, WHOLE, "", "error", "bad_session", error.problem, error.fix)
-        return SessionRows(folder, None, (), (), (issue,))
+        return SessionRows(folder, None, (), (), (), (issue,))
     rows = [row | {"session_id": name} for row in label_rows(session, recordings)]
     sounds = []
     for recording in recordings:
@@ -199,7 +212,16 @@ def read_session_rows(folder: Path) -> SessionRows:
             sounds.append(AudioPart(None))
             names = (name, recording.recording_id, recording.file)
             issues.append(Finding(*names, "error", "escapes", error.problem, error.fix))
-    return SessionRows(folder, session, tuple(rows), tuple(sounds), tuple(issues))
+    decisions = tuple(decision(log, row.recording_id, row.sha256) for row in recordings)
+    return SessionRows(folder, session, tuple(rows), tuple(sounds), decisions, tuple(issues))
+
+
+def decision(log: ChangeLog, recording_id: str, sha256: str) -> Decision:
+    """Return the decision about a recording from the log of its session."""
+    active = log.active(recording_id, sha256)
+    states = [change.action for change in active if change.action != "note"]
+    notes = [change.new for change in active if change.action == "note"]
+    return Decision(states[-1] if states else "", "; ".join(notes))
 
 
 def merged(
@@ -215,10 +237,12 @@ def merged(
     names: list[str] = []
     rows: list[Mapping[str, str]] = []
     sounds: list[AudioPart] = []
+    decisions: list[Decision] = []
     for session in sessions.values():
         names += [f"{session.folder.name}/{row['recording_id']}" for row in session.rows]
         rows += session.rows
         sounds += session.sounds
+        decisions += session.decisions
     known = set(names)
     by_name: defaultdict[str, list[Finding]] = defaultdict(list)
     general = []
@@ -234,6 +258,7 @@ def merged(
             row = {"recording_id": issue.recording_id, "session_id": issue.session_id}
             rows.append(row | {"quality": ""})
             sounds.append(AudioPart(None))
+            decisions.append(Decision())
     number = {name: row for row, name in enumerate(names)}
     return RecordingTable(
         spec,
@@ -241,6 +266,7 @@ def merged(
         tuple(names),
         tuple(rows),
         tuple(sounds),
+        tuple(decisions),
         dict(by_name),
         general,
         without_issues,

@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import json
 import re
+import secrets
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 from urllib.parse import urlencode
 
+from pydantic import ValidationError
+from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
 from starlette.responses import PlainTextResponse, Response
 from starlette.routing import Route
 
 from ajgdata.browse.view import View
-from ajgdata.live.server import POLICY, guarded, served
+from ajgdata.live.server import POLICY, guarded, has_token, served
+from ajgdata.pipeline.labelling import ConflictError
 from ajgdata.types import DataError
+from ajgdata.types.base import Strict
 
 #: The files of the page by route, with their templates and types.
 _FILES = {
@@ -32,6 +37,17 @@ _RANGE = re.compile(r"bytes=(\d*)-(\d*)")
 STATE = ("filter", "sort", "predictions", "plane", "recording")
 
 
+class DecisionRequest(Strict):
+    """A decision about a recording that a page sends; `version` is that of the state it shows."""
+
+    recording: str
+    action: str
+    column: str = ""
+    value: str = ""
+    reason: str = ""
+    version: str
+
+
 @contextmanager
 def browsing(view: View, *, port: int = 0, **state: str) -> Iterator[str]:
     """Serve the page of a data set during the block, and yield its address.
@@ -40,30 +56,45 @@ def browsing(view: View, *, port: int = 0, **state: str) -> Iterator[str]:
     selects a free port. Raises OSError if the port is not free.
     """
     policy = f"{POLICY}; media-src 'self'"
-    with served(guarded(_FILES, routes(view), policy), port) as address:
+    token = secrets.token_urlsafe(16)
+    with served(guarded(_FILES, routes(view, token), policy), port) as address:
         query = urlencode({key: text for key, text in state.items() if text})
-        yield f"{address}?{query}" if query else address
+        yield f"{address}?{query}#{token}" if query else f"{address}#{token}"
 
 
-def routes(view: View) -> list[Route]:
-    """Return the routes of the values of a view. They change nothing."""
+def routes(view: View, token: str) -> list[Route]:
+    """Return the routes of a view. Only `/change` changes something, and needs the token."""
+    return [
+        *(Route(path, _json_route(value)) for path, value in _values(view).items()),
+        *_sound_routes(view),
+        _change_route(view, token),
+    ]
 
-    def about(query: Mapping[str, str]) -> Any:
-        return view.about()
+
+def _values(view: View) -> dict[str, Callable[[Mapping[str, str]], Any]]:
+    """Return the functions that give the values of a page, from the query of a request, by path."""
 
     def table(query: Mapping[str, str]) -> Any:
-        words = query.get("filter", ""), query.get("sort", "")
-        return view.table(*_shown(query), *words)
+        return view.table(*_shown(query), query.get("filter", ""), query.get("sort", ""))
 
     def rows(query: Mapping[str, str]) -> Any:
         numbers = [int(text) for text in query.get("numbers", "").split(",") if text.isdecimal()]
         return view.rows(*_shown(query), numbers[:MAX_ROWS])
 
-    def points(query: Mapping[str, str]) -> Any:
-        return view.points(*_shown(query))
-
     def recording(query: Mapping[str, str]) -> Any:
         return view.recording(*_shown(query), query.get("recording", ""), _channel(query))
+
+    return {
+        "/about": lambda query: view.about(),
+        "/table": table,
+        "/rows": rows,
+        "/points": lambda query: view.points(*_shown(query)),
+        "/recording": recording,
+    }
+
+
+def _sound_routes(view: View) -> list[Route]:
+    """Return the routes of the sounds of recordings and sessions."""
 
     def sound(request: Request) -> Response:
         query = request.query_params
@@ -74,18 +105,30 @@ def routes(view: View) -> list[Route]:
         session = request.query_params.get("session", "")
         return _wav(request, lambda: view.played(session))
 
-    values = {
-        "/about": about,
-        "/table": table,
-        "/rows": rows,
-        "/points": points,
-        "/recording": recording,
-    }
-    return [
-        *(Route(route, _json_route(value)) for route, value in values.items()),
-        Route("/sound.wav", sound),
-        Route("/played.wav", played),
-    ]
+    return [Route("/sound.wav", sound), Route("/played.wav", played)]
+
+
+def _change_route(view: View, token: str) -> Route:
+    """Return the route of decisions. It answers with the decision in words.
+
+    The status is 409 if the recording changed since the page showed it, and 400 for other errors.
+    """
+
+    async def change(request: Request) -> Response:
+        if not has_token(request, token):
+            return PlainTextResponse("the token is not that of this page", 403)
+        try:
+            decision = DecisionRequest.model_validate_json(await request.body())
+        except ValidationError:
+            return PlainTextResponse("the request is not a decision", 400)
+        try:
+            text = await run_in_threadpool(view.change, **decision.model_dump())
+        except DataError as error:
+            status = 409 if isinstance(error, ConflictError) else 400
+            return PlainTextResponse(f"{error.problem}; {error.fix}", status)
+        return PlainTextResponse(text)
+
+    return Route("/change", change, methods=["POST"])
 
 
 def _shown(query: Mapping[str, str]) -> tuple[str, str]:

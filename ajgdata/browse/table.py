@@ -55,6 +55,9 @@ def table_columns(
     ]
     columns["issue"] = TextColumn(codes, has_words=True)
     columns["quality"] = TextColumn(recordings.texts("quality"))
+    if recordings.spec.recipe is None:  # people cannot change the labels of a simulation
+        columns["decision"] = TextColumn([item.state for item in recordings.decisions])
+        columns["notes"] = TextColumn([item.note for item in recordings.decisions])
     columns["session"] = TextColumn(recordings.texts("session_id"))
     placements = recordings.placements()
     if any(placements):
@@ -69,9 +72,10 @@ def table_columns(
 def with_feature_columns(
     columns: Mapping[str, Column], added: Mapping[str, Column]
 ) -> dict[str, Column]:
-    """Return the columns of recordings with those of features, which come before the issues."""
+    """Return the columns of recordings with those of features, which come before `wrong` and
+    before the issues."""
     names = list(columns)
-    place = names.index("issue")
+    place = names.index("wrong" if "wrong" in columns else "issue")
     ordered = (*names[:place], *added, *names[place:])
     both = {**columns, **added}
     return {name: both[name] for name in ordered}

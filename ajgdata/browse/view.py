@@ -1,14 +1,15 @@
-"""What the page of `ajgdata browse` shows, as values for JSON. Nothing is changed.
+"""What the page of `ajgdata browse` shows, as values for JSON, and the decisions of people.
 
 Tables of sessions and results of runs are read again if their files changed, so an open page shows
-the changes of another page, of a person and of a run.
+the changes of another page, of a person and of a run. Only `View.change` changes something: it adds
+a line to the change log of a session.
 """
 
 from __future__ import annotations
 
 import base64
 import threading
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -34,16 +35,34 @@ from ajgdata.browse.sounds import (
     spectrogram,
     wav_bytes,
 )
-from ajgdata.browse.table import cells, label_texts, table_columns, with_feature_columns
+from ajgdata.browse.table import (
+    cells,
+    label_texts,
+    table_columns,
+    target_of,
+    with_feature_columns,
+)
 from ajgdata.paths import Paths
+from ajgdata.pipeline.labelling import (
+    change_recording,
+    check_changeable,
+    label_columns_of,
+    recording_state,
+)
+from ajgdata.pipeline.review import Review, review_list
 from ajgdata.store.feature_array import COLUMN, FREQUENCY
 from ajgdata.store.features import read_store
 from ajgdata.store.sessions import read_dataset
 from ajgdata.types import WHOLE, WHOLE_FILE, DataError, Session
+from ajgdata.types.change import ACTIONS
 from ajgdata.types.session import SIMULATED_SOURCES
 
 #: Columns that are computed from all features when the page first needs them.
 FEATURE_COLUMNS = ("novelty", "x", "y")
+#: Column of the review list, which is computed when a filter or an order first uses it.
+SUSPICION = "suspicion"
+#: Largest number of texts that are proposed for a label.
+MAX_PROPOSED = 500
 #: Name of the plane of the principal components of the features.
 COMPONENTS = "features"
 _NO_PREDICTIONS = HeldOutPredictions({}, {})
@@ -80,6 +99,7 @@ class View:
         self._snapshot: Snapshot | None = None
         self._features: Features | None = None
         self._no_features = ""
+        self._review: Review | None = None
         self._choices: dict[str, PredictionChoice] = {}
         self._planes: dict[str, EmbeddingPlane] = {}
         self.snapshot()  # errors of tables are errors of the command
@@ -114,6 +134,7 @@ class View:
         self._planes = read_planes(self._paths, self.spec)
         self._features = None
         self._no_features = ""
+        self._review = None
 
     def _choice(self, name: str) -> PredictionChoice:
         """Return predictions by name; the first for "", and none if there are no tasks.
@@ -139,10 +160,11 @@ class View:
                     self._no_features = f"{error.problem}; {error.fix}"
             return self._features
 
-    def columns(
-        self, choice: str, plane: str, *, with_features: bool = False
-    ) -> Mapping[str, Column]:
-        """Return all columns. Those of features are empty before they are needed."""
+    def columns(self, choice: str, plane: str, used: Collection[str] = ()) -> Mapping[str, Column]:
+        """Return all columns.
+
+        FEATURE_COLUMNS and SUSPICION take time: they are empty before they are first `used`.
+        """
         with self._lock:
             snapshot = self.snapshot()
             chosen = self._choice(choice)
@@ -153,14 +175,31 @@ class View:
                 snapshot.columns[chosen.name] = table_columns(
                     snapshot.recordings, chosen.task, predictions
                 )
-            columns = dict(snapshot.columns[chosen.name])
-            if not self._paths.features(self.spec.name).is_file() and not self._planes:
-                return columns
-            if with_features and plane not in snapshot.of_features:
-                snapshot.of_features[plane] = self._feature_columns(snapshot, plane)
+            columns = snapshot.columns[chosen.name]
             empty = NumberColumn(np.full(len(snapshot.recordings.names), np.nan))
-            added = snapshot.of_features.get(plane, dict.fromkeys(FEATURE_COLUMNS, empty))
+            added: dict[str, Column] = {}
+            if self._paths.features(self.spec.name).is_file() or self._planes:
+                if plane not in snapshot.of_features and not {*FEATURE_COLUMNS}.isdisjoint(used):
+                    snapshot.of_features[plane] = self._feature_columns(snapshot, plane)
+                added |= snapshot.of_features.get(plane, dict.fromkeys(FEATURE_COLUMNS, empty))
+            if self.spec.tasks:
+                if self._review is None and SUSPICION in used:
+                    self._review = review_list(self._paths, self.spec.name)
+                added[SUSPICION] = self._suspicion(snapshot) if self._review else empty
             return with_feature_columns(columns, added)
+
+    def _suspicion(self, snapshot: Snapshot) -> Column:
+        """Return the suspicion of recordings that people have not decided on.
+
+        The review list is that of the last run: it is not computed again after each decision.
+        """
+        recordings = snapshot.recordings
+        values = np.full(len(recordings.names), np.nan)
+        for item in self._review.items if self._review else ():
+            number = recordings.number.get(item.recording)
+            if number is not None and not recordings.decisions[number].state:
+                values[number] = item.suspicion
+        return NumberColumn(values)
 
     def _feature_columns(self, snapshot: Snapshot, plane: str) -> dict[str, Column]:
         """Return novelty and coordinates of all recordings."""
@@ -210,8 +249,49 @@ class View:
                 {"name": COMPONENTS, "title": "features, first two principal components"},
             ],
             "without_issues": snapshot.recordings.without_issues,
+            "read_only": self._read_only(),
+            "label_columns": {
+                column: sorted(set(snapshot.recordings.texts(column)) - {""})[:MAX_PROPOSED]
+                for column in label_columns_of(self.spec)
+            },
             "general": [asdict(issue) for issue in snapshot.recordings.general],
         }
+
+    def _read_only(self) -> str:
+        """Return why labels cannot be changed; "" if they can."""
+        try:
+            check_changeable(self._paths, self.spec.name)
+        except DataError as error:
+            return f"{error.problem}; {error.fix}"
+        return ""
+
+    def change(
+        self,
+        recording: str,
+        action: str,
+        *,
+        column: str = "",
+        value: str = "",
+        reason: str = "",
+        version: str | None = None,
+    ) -> str:
+        """Write a decision about a recording (see `change_recording`), and return it in words.
+
+        Raises DataError as `change_recording` does, and for an unknown action.
+        """
+        if action not in ACTIONS:
+            raise DataError("action", f"there is no {action!r}", f"use one of {', '.join(ACTIONS)}")
+        change = change_recording(
+            self._paths,
+            self.spec.name,
+            recording,
+            action,
+            column=column,
+            value=value,
+            reason=reason,
+            version=version,
+        )
+        return str(change)
 
     def table(self, choice: str, plane: str, text: str, sort: str) -> dict[str, Any]:
         """Return the numbers of the recordings that match a filter, in an order, and the columns.
@@ -219,8 +299,7 @@ class View:
         Raises DataError for a filter or an order that is wrong.
         """
         used = {condition.column for condition in parse_filter(text)} | {sort.removeprefix("-")}
-        needs_features = bool(used & set(FEATURE_COLUMNS))
-        columns = self.columns(choice, plane, with_features=needs_features)
+        columns = self.columns(choice, plane, used)
         snapshot = self.snapshot()
         count = len(snapshot.recordings.names)
         rows = np.flatnonzero(matching(columns, text, count))
@@ -228,6 +307,7 @@ class View:
             "version": snapshot.version,
             "order": ordered(columns, rows, sort).tolist(),
             "total": count,
+            "remarks": list(self._review.remarks) if self._review and SUSPICION in used else [],
             "columns": [
                 {
                     "name": name,
@@ -259,7 +339,7 @@ class View:
     def points(self, choice: str, plane: str) -> dict[str, Any]:
         """Return the coordinates of all recordings in a plane, null without coordinates, and the
         number of their class."""
-        columns = self.columns(choice, plane, with_features=True)
+        columns = self.columns(choice, plane, FEATURE_COLUMNS)
         snapshot = self.snapshot()
         if "x" not in columns:
             return {"version": snapshot.version, "x": [], "y": [], "classes": [], "class": []}
@@ -295,6 +375,9 @@ class View:
                 if issue.session_id in (session, WHOLE)
             ],
             "session": _about_session(session, about),
+            "state": self._state(name),
+            "target": target_of(self.spec, self._choice(choice).task)[0],
+            "reasons": self._reasons(name),
             "sound": None,
             "problem": "",
             **self._row(snapshot, self.columns(choice, plane), number),
@@ -308,6 +391,26 @@ class View:
                 content["problem"] = f"{error.problem}; {error.fix}"
         content["spectrum"] = self._spectrum(snapshot, self._choice(choice).task, name)
         return content
+
+    def _state(self, name: str) -> dict[str, Any] | None:
+        """Return the decisions about a recording; None if its row cannot be read."""
+        try:
+            state = recording_state(self._paths, self.spec.name, name)
+        except DataError:
+            return None  # the issues of the recording have the reason
+        return {
+            "version": state.version,
+            "changed": dict(state.changed),
+            "labels": {
+                column: state.labels.get(column, "") for column in label_columns_of(self.spec)
+            },
+            "history": [str(change) for change in state.history],
+        }
+
+    def _reasons(self, name: str) -> list[str]:
+        """Return why the label of a recording is suspicious, if the review list is known."""
+        items = self._review.items if self._review else ()
+        return [reason for item in items if item.recording == name for reason in item.reasons]
 
     def _spectrum(self, snapshot: Snapshot, task: str, name: str) -> dict[str, Any]:
         """Return the curve of a recording with those of classes, or the reason for none."""

@@ -34,9 +34,10 @@ def browse(
         bool, typer.Option("--open", help="also open the page in the browser")
     ] = False,
 ) -> None:
-    """Show and play recordings on a local page, with labels, issues and predictions.
+    """Show and play recordings on a local page, and correct their labels.
 
-    The page works before and after a run, needs no network, and only this computer can open it.
+    The page shows labels, issues and predictions, before and after a run. It needs no network, and
+    only this computer can open it. The printed address has a token that permits changes of labels.
     Ctrl-C ends the command. The page of the documentation (Browsing) describes filters and keys.
     """
     require_extra("live", "ajgdata browse")

@@ -22,6 +22,8 @@ let requested = new Set();
 let points = null;
 let shown = null;  // the selected recording as the server describes it
 let selected = null;  // its number
+let about = null;
+const token = location.hash.slice(1);  // permits decisions
 
 function element(tag, classes, ...children) {
   const created = document.createElement(tag);
@@ -75,6 +77,7 @@ async function loadTable() {
   const total = table.total.toLocaleString("en");
   byId("count").textContent = order.length === table.total ? `${total} recordings`
     : `${order.length.toLocaleString("en")} of ${total} recordings`;
+  if (table.remarks.length) byId("hint").textContent = table.remarks.join("; ");
   showHead();
   showToggles();
   showRows();
@@ -82,10 +85,12 @@ async function loadTable() {
 }
 
 function forget(newVersion) {
-  if (version !== newVersion) points = null;
+  if (version !== newVersion) {  // the numbers are those of other recordings
+    points = null;
+    rows = new Map();
+  }
   version = newVersion;
-  rows = new Map();
-  requested = new Set();
+  requested = new Set();  // cells are shown until new ones come
 }
 
 function showHead() {
@@ -158,9 +163,10 @@ function rowAt(place) {
   return row;
 }
 
-function cellText(value) {
+function cellText(value, digits = 3) {
   if (value === null || value === undefined) return "";
-  return typeof value === "number" ? String(Number(value.toPrecision(4))) : value;
+  if (typeof value !== "number" || Number.isInteger(value)) return String(value);
+  return String(Number(value.toPrecision(Math.abs(value) < 1000 ? digits : 7)));
 }
 
 async function fetchRows(numbers) {
@@ -236,6 +242,8 @@ function showDetail() {
   byId("detail").hidden = false;
   byId("name").textContent = shown.name;
   showSummary(cells);
+  showDecisions();
+  byId("reasons").replaceChildren(...shown.reasons.map((reason) => element("li", "warning", element("b", "", "suspicious"), ` ${reason}`)));
   byId("own-issues").replaceChildren(...[...shown.issues, ...shown.of_session].map(issueItem));
   byId("player").hidden = !sound;
   byId("no-sound").hidden = Boolean(sound);
@@ -243,7 +251,7 @@ function showDetail() {
   if (sound) showSound(sound, session);
   byId("no-spectrum").hidden = !spectrum.note;
   byId("no-spectrum").textContent = spectrum.note;
-  for (const id of ["spectrum", "difference", "lines"]) byId(id).hidden = Boolean(spectrum.note);
+  for (const id of ["spectrum", "difference", "difference-head", "lines"]) byId(id).hidden = Boolean(spectrum.note);
   if (!spectrum.note) {
     byId("lines").replaceChildren(...spectrum.lines.map((line) => element("span", line.role, line.title)));
     byId("spectrum").ariaLabel = `Spectrum: ${spectrum.lines.map((line) => line.title).join("; ")}`;
@@ -260,7 +268,7 @@ function showLabels() {
   const labels = { ...shown.cells, file: shown.file, gripper, medium, device };
   byId("labels").replaceChildren(...Object.entries(labels)
     .filter(([key, value]) => cellText(value) !== "" && !HIDDEN.includes(key))
-    .map(([key, value]) => element("div", "", element("dt", "", key.replaceAll("_", " ")), element("dd", "", cellText(value)))));
+    .map(([key, value]) => element("div", "", element("dt", "", key.replaceAll("_", " ")), element("dd", "", cellText(value, 6)))));
 }
 
 function showSummary(cells) {
@@ -326,8 +334,84 @@ function draw() {
   }
   if (shown.spectrum.note) return;
   drawSpectrum(byId("spectrum"), shown.spectrum);
-  byId("difference").hidden = shown.spectrum.lines.length < 2;
+  for (const id of ["difference", "difference-head"]) byId(id).hidden = shown.spectrum.lines.length < 2;
   if (shown.spectrum.lines.length > 1) drawDifference(byId("difference"), shown.spectrum);
+}
+
+// ---- decisions ----
+
+function showDecisions() {
+  const readOnly = about.read_only || (token ? "" : "To decide, open the complete address that the terminal shows.");
+  byId("decide").hidden = Boolean(readOnly) || !shown.state;
+  byId("read-only").hidden = !readOnly;
+  byId("read-only").textContent = about.read_only ? `Labels: ${about.read_only}.` : readOnly;
+  byId("form").hidden = true;
+  const changed = Object.entries(shown.state?.changed ?? {}).map(([column, text]) => `recordings.csv: ${column} ${text || "empty"}`);
+  byId("history").replaceChildren(...[...(shown.state?.history ?? []), ...changed].map((text) => element("li", "", text)));
+}
+
+// What a form asks for, by action. All other actions are sent at once.
+const FORMS = {
+  reject: { title: "Reject this recording", fields: ["reason"] },
+  label: { title: "Another label", fields: ["column", "value", "reason"], value: "Label" },
+  note: { title: "Note", fields: ["value"], value: "Text" },
+};
+let asked = "";
+
+function decide(action) {
+  if (byId("decide").hidden) return;
+  if (!FORMS[action]) { send({ action }); return; }
+  asked = action;
+  const { title, fields, value } = FORMS[action];
+  byId("form-title").textContent = title;
+  for (const field of ["column", "value", "reason"]) {
+    byId(`${field}-label`).hidden = !fields.includes(field);
+    byId(field).value = "";
+  }
+  byId("value-name").textContent = value ?? "";
+  byId("column").replaceChildren(...Object.keys(about.label_columns).map((name) => element("option", "", name)));
+  if (shown.target in about.label_columns) byId("column").value = shown.target;
+  propose();
+  byId("form").hidden = false;
+  byId(fields.includes("value") ? "value" : "reason").focus();
+}
+
+function propose() {
+  const column = byId("column").value;
+  const texts = asked === "label" ? about.label_columns[column] ?? [] : [];
+  byId("values").replaceChildren(...texts.map((text) => { const option = element("option", ""); option.value = text; return option; }));
+  byId("value").placeholder = asked === "label" ? shown.state.labels[column] ?? "" : "";
+}
+
+function closeForm() {
+  byId("form").hidden = true;
+  byId("scroll").focus({ preventScroll: true });
+}
+
+async function send(decision) {
+  const place = order.indexOf(selected);
+  const name = shown.name;
+  const body = JSON.stringify({ recording: name, version: shown.state.version, ...decision });
+  let answer;
+  try {
+    answer = await fetch("change", { method: "POST", body, headers: { "X-Ajgdata-Token": token } });
+  } catch {
+    report(new Error("The decision was not saved: the server does not answer."));
+    return;
+  }
+  const text = await answer.text();
+  if (!answer.ok) {
+    report(new Error(`The decision was not saved: ${text}.`));
+    if (answer.status === 409) await open(name);  // shows what the other person decided
+    return;
+  }
+  closeForm();
+  about = await request("about");
+  await loadTable();
+  if (order.includes(selected) || !order.length) await open(name);
+  else await select(order[Math.min(Math.max(place, 0), order.length - 1)]);
+  byId("decided").textContent = `saved: ${name.slice(name.indexOf("/") + 1)}, ${text}`;
+  loadPoints();
 }
 
 // ---- map ----
@@ -339,7 +423,7 @@ async function loadPoints() {
     points = loaded.x.length ? loaded : null;
     if (!points) return;
     byId("plane").value = points.plane;
-    if (points.version === version) { rows = new Map(); requested = new Set(); showRows(); }  // novelty is known now
+    if (points.version === version) { requested = new Set(); showRows(); }  // novelty is known now
     else await loadTable();
     await refreshCells();
     byId("classes").replaceChildren(...points.classes.length > MAX_CLASSES ? [] :
@@ -367,8 +451,13 @@ function classKey(name, number) {
 }
 
 let box = null;
+// Draws the map after the table is on the screen: many points take a tenth of a second.
+let waiting = 0;
 function showScatter() {
-  if (points) drawScatter(byId("scatter"), points, new Set(order), selected, box);
+  cancelAnimationFrame(waiting);
+  waiting = requestAnimationFrame(() => setTimeout(() => {
+    if (points) drawScatter(byId("scatter"), points, new Set(order), selected, box);
+  }));
 }
 
 const placeOf = (event) => {
@@ -402,6 +491,8 @@ function toggle(word) {
 }
 function showToggles() {
   for (const [id, word] of Object.entries(TOGGLES)) byId(id).ariaPressed = String(filterWords().includes(word));
+  byId("suspicious").ariaPressed = String(state.sort === "-suspicion");
+  byId("suspicious").hidden = !columns.some((column) => column.name === "suspicion");
   byId("wrong").hidden = !columns.some((column) => column.name === "wrong");
 }
 
@@ -413,6 +504,8 @@ const ACTIONS = {
   "/": () => byId("filter").select(),
   w: () => byId("wrong").click(),
   i: () => byId("issues").click(),
+  s: () => byId("suspicious").click(),
+  o: () => decide("ok"), r: () => decide("reject"), l: () => decide("label"), n: () => decide("note"), u: () => decide("undo"),
   "?": () => byId("keys").showModal(),
 };
 
@@ -420,7 +513,8 @@ document.addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.altKey || event.metaKey || byId("keys").open) return;
   const target = event.target;
   if (target.matches("input:not([type=checkbox]), select, textarea")) {
-    if (event.key === "Escape" || (event.key === "Enter" && target.id === "filter")) {
+    if (event.key === "Escape" && byId("form").contains(target)) closeForm();
+    else if (event.key === "Escape" || (event.key === "Enter" && target.id === "filter")) {
       event.preventDefault();
       byId("scroll").focus();
     }
@@ -444,6 +538,24 @@ function setFilterTyped(text) {
   loadTable();
 }
 for (const [id, word] of Object.entries(TOGGLES)) byId(id).addEventListener("click", () => toggle(word));
+byId("suspicious").addEventListener("click", async () => {
+  byId("count").textContent = "computing the review list …";
+  state.sort = state.sort === "-suspicion" ? "" : "-suspicion";
+  byId("scroll").scrollTop = 0;
+  await loadTable();
+  if (order.length) select(order[0]);
+});
+byId("decide").addEventListener("click", (event) => {
+  const button = event.target.closest("button");
+  if (button) decide(button.dataset.action);
+});
+byId("form").addEventListener("submit", (event) => {
+  event.preventDefault();
+  const values = Object.fromEntries(FORMS[asked].fields.map((field) => [field, byId(field).value]));
+  send({ action: asked, ...values });
+});
+byId("cancel").addEventListener("click", closeForm);
+byId("column").addEventListener("change", propose);
 byId("help").addEventListener("click", () => byId("keys").showModal());
 byId("play").addEventListener("click", () => play(byId("audio")));
 byId("play-played").addEventListener("click", () => play(byId("audio-played")));
@@ -509,7 +621,7 @@ addEventListener("resize", () => {
 });
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { draw(); showScatter(); });
 
-function showAbout(about) {
+function showAbout() {
   byId("title").textContent = about.title;
   document.title = `${about.dataset}: recordings`;
   byId("source").textContent = about.source;
@@ -530,7 +642,8 @@ function showAbout(about) {
 async function start() {
   byId("filter").value = state.filter;
   try {
-    showAbout(await request("about"));
+    about = await request("about");
+    showAbout();
   } catch (error) {
     report(error);
   }

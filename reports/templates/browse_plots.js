@@ -203,15 +203,25 @@ function drawLines(canvas, spectrum, lines, [bottom, top], isInDb) {
 export function drawScatter(canvas, points, shown, selected, box) {
   const { context, width, height } = begin(canvas);
   const place = placing(points, width, height);
-  const size = points.x.length > 5000 ? 1.5 : 3;
+  const isDense = points.x.length > 5000;
+  const size = isDense ? 1.5 : 3;
   const hasColours = points.classes.length <= MAX_CLASSES;
-  for (const inTable of [false, true]) {
-    for (let i = 0; i < points.x.length; i++) {
-      if (points.x[i] === null || shown.has(i) !== inTable) continue;
-      context.fillStyle = !inTable ? colourOf("line") : hasColours ? classColour(points.class[i]) : colourOf("class");
-      mark(context, hasColours ? classShape(points.class[i]) : "disc", ...place(i), size);
-    }
-  }
+  const draw = (i) => {
+    const [x, y] = place(i);
+    if (isDense) context.fillRect(x - size, y - size, 2 * size, 2 * size);
+    else mark(context, hasColours ? classShape(points.class[i]) : "disc", x, y, size);
+  };
+  const ofClass = points.classes.map(() => []);  // the colour changes once per class
+  context.fillStyle = colour("line");
+  points.x.forEach((x, i) => {
+    if (x === null) return;
+    if (shown.has(i)) ofClass[points.class[i]].push(i);
+    else draw(i);
+  });
+  ofClass.forEach((numbers, number) => {
+    context.fillStyle = hasColours ? classColour(number) : colour("class");
+    numbers.forEach(draw);
+  });
   if (selected !== null && points.x[selected] !== null && points.x[selected] !== undefined) {
     const [x, y] = place(selected);
     context.strokeStyle = colour("text");
@@ -226,13 +236,6 @@ export function drawScatter(canvas, points, shown, selected, box) {
     context.strokeRect(box.x, box.y, box.width, box.height);
   }
 }
-
-const known = new Map();
-const colourOf = (name) => {
-  if (!known.has(name)) known.set(name, colour(name));
-  return known.get(name);
-};
-matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => known.clear());
 
 function mark(context, shape, x, y, size) {
   context.beginPath();

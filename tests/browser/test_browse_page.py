@@ -1,5 +1,6 @@
 """The page of `ajgdata browse` as a browser shows it: keys, filters, four widths, hostile names."""
 
+import shutil
 import time
 from urllib.parse import parse_qs, urlsplit
 
@@ -14,6 +15,7 @@ from ajgdata.browse.site import browsing
 from ajgdata.browse.view import View
 from ajgdata.paths import Paths
 from ajgdata.store.audio import write_pcm24
+from ajgdata.store.metrics import write_predictions
 from ajgdata.store.sessions import write_session
 from ajgdata.store.tables import write_measurements
 from ajgdata.types import Recording, Session
@@ -22,6 +24,10 @@ from ajgdata.types.table import table_of
 pytestmark = pytest.mark.browser
 
 NAME = "tones"
+# Keys of WebDriver.
+ENTER = "\ue007"
+ESCAPE = "\ue00c"
+END = "\ue010"
 HOSTILE = "<img src=x onerror=alert(1)>"
 CLASSES = ("low", HOSTILE)
 COUNT = 30
@@ -31,7 +37,11 @@ return [...document.querySelectorAll('#table tbody tr[data-number]')]
   .map(row => [...row.cells].slice(0, 3).map(cell => cell.textContent.trim()))
 """
 FIRST = "return document.querySelector('#table tr[data-number]').cells[0].textContent"
-SELECTED = "return document.querySelector('#table tr.selected')?.cells[0].textContent ?? ''"
+SELECTED = "return document.querySelector('#table tr.selected')?.cells[0].textContent"
+FILLED = """
+return [...document.querySelectorAll('#table tr[data-number]')]
+  .every(row => row.cells[0].textContent.trim())
+"""
 DRAWN = """
 const canvas = document.getElementById(arguments[0]);
 const bytes = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
@@ -93,6 +103,7 @@ def predict(paths):
     about = {"dataset": NAME, "task": "pitch", "model": "knn"}
     path = paths.experiment(NAME, "pitch", "cross_validation", "plain")
     write_measurements(path, [(about, [table])])
+    write_predictions(paths.predictions, [{**about, **row} for row in rows])
 
 
 class Page:
@@ -120,6 +131,8 @@ class Page:
             ActionChains(self.browser.driver).send_keys(key).perform()
 
     def rows(self):
+        """The first cells of all rows in the page, when they have come."""
+        self.wait(FILLED)
         return self.browser.run(ROWS)
 
     def text(self, name):
@@ -128,7 +141,7 @@ class Page:
     def shows(self, recording):
         """Wait until a recording is shown."""
         self.wait("return document.getElementById('name').textContent === arguments[0]", recording)
-        assert self.browser.run(SELECTED) == recording.partition("/")[2]
+        self.wait(f"{SELECTED} === arguments[0]", recording.partition("/")[2])
 
     def counts(self, text):
         self.wait("return document.getElementById('count').textContent === arguments[0]", text)
@@ -136,6 +149,12 @@ class Page:
     def state(self):
         query = urlsplit(self.browser.driver.current_url).query
         return {key: values[0] for key, values in parse_qs(query).items()}
+
+
+def at(page, query):
+    """The address of a page with a state."""
+    home, _, token = page.address.partition("#")
+    return f"{home}?{query}#{token}"
 
 
 @pytest.fixture(scope="module")
@@ -188,13 +207,13 @@ def test_keys_select_and_filter(page):
     page.counts(f"2 of {COUNT} recordings")
     page.keys("j")
     page.shows("s1/r00002")
-    page.keys("/", "confidence<0.7", "\ue007")
+    page.keys("/", "confidence<0.7", ENTER)
     page.counts(f"1 of {COUNT} recordings")  # the key selects the filter, so it is replaced
     assert page.state()["filter"] == "confidence<0.7"
 
 
 def test_the_address_is_the_state(page):
-    address = f"{page.address}?filter=wrong%3Dyes&sort=-confidence&recording=s1/r00004"
+    address = at(page, "filter=wrong%3Dyes&sort=-confidence&recording=s1/r00004")
     page.open(address)
     page.shows("s1/r00004")
     assert [row[0] for row in page.rows()] == ["r00002", "r00004"]
@@ -238,11 +257,73 @@ def test_only_visible_rows_are_in_the_page(browser, tmp_path):
         page = Page(browser).open(address)
         assert page.text("count") == f"{SCROLLED:,} recordings"
         assert len(page.rows()) < 100
-        page.keys("\ue010")  # End
+        page.keys(END)
         page.shows(f"s1/r{SCROLLED - 1:05}")
         assert page.rows()[-1][0] == f"r{SCROLLED - 1:05}"
         assert "no such file" in page.text("no-sound")
         browser.driver.get("about:blank")
+
+
+@pytest.fixture
+def own_project(project, tmp_path):
+    """A copy of the project that a test may change."""
+    copy = tmp_path / "copy"
+    shutil.copytree(project.root, copy)
+    return Paths(copy)
+
+
+def test_keys_decide_and_a_second_page_sees_it(browser, own_project):
+    with browsing(View(own_project, NAME), filter="wrong=yes") as address:
+        page = Page(browser).open(address)
+        page.shows("s1/r00002")
+        page.keys("l", HOSTILE, "\ue004", "misread", ENTER)
+        page.wait("return document.getElementById('count').textContent.startsWith('1 of')")
+        page.shows("s1/r00004")  # the corrected recording is right now, so the next one is selected
+        assert page.text("decided").startswith("saved: r00002, label by ")
+        page.keys("r", "door slammed", ENTER)
+        page.wait("return document.getElementById('summary').textContent.includes('reject')")
+        page.keys("n", "heard <twice>", ENTER)
+        page.wait("return document.getElementById('history').children.length === 3")
+        assert "heard <twice>" in page.text("history")
+        # Another page of the same data set decides; this page shows it instead of overwriting it.
+        View(own_project, NAME).change("s1/r00004", "undo")
+        page.keys("u")
+        page.wait("return !document.getElementById('problem').hidden")
+        assert page.text("problem").startswith("The decision was not saved: ")
+        page.wait("return document.getElementById('history').textContent.includes('undo')")
+        page.keys("u")
+        page.wait("return !document.getElementById('summary').textContent.includes('quality')")
+        assert page.state()["recording"] == "s1/r00004"
+        browser.driver.get("about:blank")
+    view = View(own_project, NAME)
+    columns = view.columns("", "")
+    assert [columns[name].cell(2) for name in ("label", "decision")] == [HOSTILE, "label"]
+    assert [columns[name].cell(4) for name in ("quality", "decision", "notes")] == ["ok", "", ""]
+
+
+def test_escape_leaves_the_form_and_changes_nothing(page):
+    page.keys("r")
+    page.wait("return document.activeElement.id === 'reason'")
+    page.keys("x", ESCAPE)
+    assert page.browser.run("return document.activeElement.id") == "scroll"
+    page.keys("j")
+    page.shows("s1/r00001")
+    assert page.text("history") == ""
+
+
+def test_without_the_token_nothing_can_be_decided(page):
+    page.open(page.address.partition("#")[0])
+    page.keys("o")
+    assert page.text("decided") == ""
+    assert page.text("read-only").startswith("To decide, open the complete address")
+
+
+def test_the_most_suspicious_recordings_are_first(page):
+    page.keys("s")
+    page.wait(f"{FIRST} === 'r00002'")
+    page.shows("s1/r00002")
+    assert "suspicious" in page.text("reasons")
+    assert page.state()["sort"] == "-suspicion"
 
 
 @pytest.mark.parametrize("width", [360, 800, 1300])
@@ -260,7 +341,7 @@ def test_the_page_is_not_wider_than_the_window(page, width):
 def test_axe_finds_nothing(page, axe, width, dark):
     page.browser.window(width)
     page.browser.medium(dark=dark)
-    page.open(f"{page.address}?filter=wrong%3Dyes")
+    page.open(at(page, "filter=wrong%3Dyes"))
     page.browser.run(axe)
     assert_none(page.browser.driver.execute_async_script(AXE, CONTRAST if dark else RULES))
 
@@ -269,7 +350,7 @@ def test_nothing_is_requested_from_elsewhere(page):
     page.keys("j", " ", "?")
     time.sleep(0.3)
     requested, failed = page.browser.traffic()
-    home = page.address.partition("?")[0]
+    home = page.address.partition("#")[0]
     foreign = [url for url in requested if not url.startswith((home, "about:"))]
     assert foreign == []
     assert [text for text in failed if "ABORTED" not in text] == []

@@ -14,6 +14,7 @@ from worlds import RATE_HZ, tone, write_tone
 
 from ajgdata.browse.site import browsing
 from ajgdata.browse.view import View
+from ajgdata.live.server import TOKEN_HEADER
 from ajgdata.paths import Paths
 from ajgdata.pipeline.table_import import import_table
 from ajgdata.store.tables import write_measurements
@@ -94,7 +95,7 @@ def predicted(recorded):
 
 
 def column(view, name, choice=""):
-    cells = view.columns(choice, "", with_features=True)[name]
+    cells = view.columns(choice, "", {name})[name]
     return [cells.cell(row) for row in range(5)]
 
 
@@ -193,11 +194,20 @@ def test_nothing_is_changed(predicted, snapshot):
 class Client:
     def __init__(self, address):
         self.port = int(address.split(":")[2].split("/")[0])
+        self.token = address.partition("#")[2]
 
     def get(self, path, **headers):
+        return self.ask("GET", path, None, headers)
+
+    def post(self, content, **headers):
+        given = {TOKEN_HEADER: self.token} | headers
+        status, _, text = self.ask("POST", "/change", json.dumps(content), given)
+        return status, text.decode()
+
+    def ask(self, method, path, body, headers):
         connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=20)
         try:
-            connection.request("GET", path, headers=headers)
+            connection.request(method, path, body, headers)
             answer = connection.getresponse()
             return answer.status, answer.headers, answer.read()
         finally:
@@ -207,7 +217,7 @@ class Client:
 def test_the_site_answers_and_refuses(predicted):
     view = View(predicted.paths, "d")
     with browsing(view, filter="label=wood predicted=metal", sort="") as address:
-        assert address.endswith("/?filter=label%3Dwood+predicted%3Dmetal")
+        assert "/?filter=label%3Dwood+predicted%3Dmetal#" in address
         client = Client(address)
         status, headers, page = client.get("/")
         assert status == 200 and b"browse.js" in page
@@ -252,3 +262,70 @@ def test_a_table_of_features_has_no_sound(tmp_path):
     assert shown["problem"] == "the data set is a table of features without recordings"
     assert shown["spectrum"]["x"] == [0, 1, 2, 3] and not shown["spectrum"]["is_positive"]
     assert column(view, "label")[:2] == ["metal", "wood"]
+
+
+def version(view, name):
+    return view.recording("", "", name)["state"]["version"]
+
+
+def test_a_decision_changes_what_the_page_shows(predicted):
+    view = View(predicted.paths, "d")
+    name = "s1/r1"
+    label = {"column": "material", "value": "metal", "reason": "misread"}
+    text = view.change(name, "label", version=version(view, name), **label)
+    assert "material 'wood' -> 'metal' (misread)" in text
+    assert column(view, "label")[1] == "metal"
+    assert column(view, "wrong")[1] == "no"
+    assert column(view, "decision") == ["", "label", "", "", ""]
+    view.change(name, "note", value="heard twice")
+    assert column(view, "notes")[1] == "heard twice"
+    assert view.table("", "", "notes~twice", "")["order"] == [1]
+    shown = view.recording("", "", name)["state"]
+    assert shown["changed"] == {"material": "wood"} and len(shown["history"]) == 2
+    view.change(name, "undo")
+    view.change(name, "undo")
+    assert column(view, "label")[1] == "wood"
+    view.change("s2/r3", "reject", reason="door slammed")
+    assert column(view, "quality") == ["ok", "ok", "ok", "reject", "ok"]
+
+
+def test_the_review_list_is_an_order_and_decided_recordings_leave_it(predicted):
+    view = View(predicted.paths, "d")
+    assert column(view, "suspicion", "") != [None] * 5
+    first = view.table("", "", "", "-suspicion")
+    assert first["remarks"]
+    view.change("s1/r0", "ok")
+    assert column(view, "suspicion")[0] is None
+    assert view.table("", "", "suspicion>=0", "")["order"] == [
+        row for row in sorted(first["order"]) if row != 0
+    ]
+
+
+def test_labels_of_a_simulation_are_read_only(predicted):
+    cube = {"name": "a", "shape": {"kind": "cube", "edge_mm": 20}}
+    predicted.declare(**TASKS, recipe={"sessions": 1, "grasps_per_object": 1, "objects": [cube]})
+    view = View(predicted.paths, "d")
+    assert "read-only" in view.about()["read_only"]
+    assert "decision" not in view.columns("", "")
+    with pytest.raises(DataError, match="read-only"):
+        view.change("s1/r0", "ok")
+
+
+def test_only_the_page_decides_and_conflicts_are_reported(predicted, snapshot):
+    view = View(predicted.paths, "d")
+    with browsing(view) as address:
+        client = Client(address)
+        note = {"recording": "s1/r0", "action": "note", "value": "<i>x</i>"}
+        note["version"] = version(view, "s1/r0")
+        before = snapshot(predicted.root)
+        assert client.post(note, **{TOKEN_HEADER: "wrong"})[0] == 403
+        assert client.post(note, Origin="http://evil.example")[0] == 403
+        assert client.post({"recording": "s1/r0"}) == (400, "the request is not a decision")
+        assert client.post(note | {"action": "delete"})[0] == 400
+        assert client.post(note | {"recording": "s1/../r0"})[0] == 400
+        assert client.get("/change")[0] == 405
+        assert snapshot(predicted.root) == before
+        status, text = client.post(note)
+        assert status == 200 and "<i>x</i>" in text
+        status, text = client.post(note)
+        assert status == 409 and "<i>x</i>" in text
