@@ -199,6 +199,12 @@ def test_reviewing(capsys):
     assert [change.action for change in state.history] == ["label", "undo"]
 
 
+def test_versions(capsys):
+    run("versions")
+    page = (FOLDER.parent / "publishing.md").read_text(encoding="utf-8")
+    assert f"```text\n{capsys.readouterr().out}```" in page
+
+
 def test_two_grippers(in_project):
     example = run("two_grippers")
     # it reads its own gripper to half a step between cubes, and worse than that the other, which

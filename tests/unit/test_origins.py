@@ -42,7 +42,7 @@ def test_each_address_has_its_origin():
         "hf:user/name@v1.0": HubRepository("user/name", "v1.0"),
         "https://example.org/d.git": GitRepository("https://example.org/d.git"),
         "git@example.org:d": GitRepository("git@example.org:d"),
-        "git+https://example.org/d": GitRepository("https://example.org/d"),
+        "git+file:///srv/d": GitRepository("file:///srv/d"),
     }
     assert {text: origin_of(text) for text in expected} == expected
 

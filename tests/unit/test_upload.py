@@ -2,6 +2,7 @@
 
 import base64
 import hashlib
+import io
 import json
 import os
 import re
@@ -198,6 +199,29 @@ def test_what_cannot_be_sent_is_one_line_before_anything_is_sent(
     assert code == 1  # also without a mistake: nobody can agree
     assert_one_line(err, said or "asks before it sends, and nobody can answer. Add --yes")
     assert [method for method, _ in zenodo.requests if method != "GET"] == []
+
+
+class Answers(io.StringIO):
+    """Lines that a person types."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+def test_a_person_sees_the_files_and_can_say_no(ajgdata, project, zenodo, monkeypatch):
+    monkeypatch.setattr(sys, "stdin", Answers("n\n"))
+    code, out, _ = ajgdata("publish", "d", "--to", "zenodo")
+    assert (code, zenodo.requests) == (1, [])
+    assert f"Create a draft at {zenodo.address}, and write its DOI into" in out
+    monkeypatch.setattr(sys, "stdin", Answers("y\nn\n"))
+    code, out, _ = ajgdata("publish", "d", "--to", "zenodo")
+    assert code == 1
+    assert re.search(r"^  audio\.zip +1 file +0\.1 MB$", out, re.M)
+    assert re.search(r"Send \d+ files, \d\.\d MB to zenodo\?", out)
+    assert zenodo.requests == [("POST", "/api/deposit/depositions")]
+    monkeypatch.setattr(sys, "stdin", Answers("y\n"))
+    assert ajgdata("publish", "d", "--to", "zenodo")[0] == 0  # the same draft
+    assert list(zenodo.deposits) == ["42"]
 
 
 def test_a_published_record_stays(ajgdata, project, zenodo):

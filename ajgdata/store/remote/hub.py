@@ -35,7 +35,8 @@ def upload(repository: str, files: Mapping[str, Path], folder: Path, version: st
     the data set. Raises DataError if a request fails, or if a file in the repository has other
     bytes.
     """
-    from huggingface_hub import HfApi, RepoFile
+    from huggingface_hub import HfApi
+    from huggingface_hub.hf_api import RepoFile
 
     api = HfApi()
     try:
