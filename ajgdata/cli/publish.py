@@ -43,9 +43,9 @@ def publish(
 
     The folder contains recordings, features, labels and their description for Croissant, Hugging
     Face, Frictionless, xarray and people. `sha256sum -c SHA256SUMS` verifies its files. With --to,
-    the command lists the files, asks, sends them, and checks them there. It publishes nothing: a
-    new repository is private, and Zenodo's draft waits for your click. If the upload is
-    interrupted, run the command again to resume.
+    the command lists the files, asks, sends them, and checks them there. A new repository is
+    private, and a draft at Zenodo is published by you. If the upload is interrupted, run the
+    command again to resume.
     """
     require_extra("publish", "ajgdata publish")
     from ajgdata.pipeline.publish import publish as publish_dataset
@@ -54,8 +54,8 @@ def publish(
     if yes and not to:
         raise typer.BadParameter("--yes is only used with --to")
     paths = find_project()
-    destination = _prepared_destination(paths, dataset, to, yes=yes) if to else None
     models = model_files(paths, dataset) if with_models else {}
+    destination = _prepared_destination(paths, dataset, to, yes=yes) if to else None
     out = folder or paths.published(dataset)
     result = publish_dataset(paths, dataset, out, models=models)
     size = f"{result.bytes / 1e6:.1f} MB"

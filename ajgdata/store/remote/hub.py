@@ -9,11 +9,15 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ajgdata.store.remote.download import RUN_AGAIN
 from ajgdata.store.remote.origins import HUB_PREFIX
 from ajgdata.types import DataError, many
 from ajgdata.types.extras import optional_packages
+
+if TYPE_CHECKING:
+    from huggingface_hub.hf_api import RepoFile
 
 #: Folders whose files in the repository are removed if the published folder lacks them.
 REPLACED_FOLDERS = ("audio/*", "figures/*", "models/*", "sessions/*")
@@ -68,15 +72,14 @@ def upload(repository: str, files: Mapping[str, Path], folder: Path, version: st
     return is_private
 
 
-def _is_equal(stored: object, path: Path) -> bool:
+def _is_equal(stored: RepoFile, path: Path) -> bool:
     """Return whether a file of a repository has the bytes of a local file.
 
     The repository states the sha256 of large files, and git's hash of all other files.
     """
-    large = getattr(stored, "lfs", None)
-    if large is not None:
+    if stored.lfs is not None:
         with path.open("rb") as stream:
-            return hashlib.file_digest(stream, "sha256").hexdigest() == large.sha256
+            return hashlib.file_digest(stream, "sha256").hexdigest() == stored.lfs.sha256
     content = path.read_bytes()
     blob = b"blob %d\0%s" % (len(content), content)
-    return hashlib.sha1(blob, usedforsecurity=False).hexdigest() == stored.blob_id  # type: ignore[attr-defined]
+    return hashlib.sha1(blob, usedforsecurity=False).hexdigest() == stored.blob_id
