@@ -200,7 +200,8 @@ def load_dataset(name: str, project: Project = None) -> Dataset:
 def load_model(name: str, task: str, model: str = "cnn", project: Project = None) -> BaseEstimator:
     """Return the model trained for `task` on all recordings of the data set `name`.
 
-    Returns a fitted scikit-learn estimator for features (n, n_features) as in `load_features`.
+    Returns a fitted scikit-learn estimator for features (n, n_features) as in `load_features`; the
+    c covariates of a task follow in further columns, so the input is (n, n_features + c).
     `project` can also be a published folder with models (docs/publishing.md), or the folder
     `data/NAME/published` of a fetched one. Raises DataError if this model has not been trained.
 

@@ -577,11 +577,12 @@ def covariates_sentence(results: TaskResults, models: Sequence[ModelResult]) -> 
     covariates = results.task_settings.covariates
     if not covariates:
         return ""
-    text = f" Models also get {' and '.join(covariates)}"
+    text = f" Models also get {' and '.join(covariates)}."
     alone = [model for model in models if model.result.model == COVARIATES_ALONE]
-    if not alone:
-        return f"{text}."
-    return f"{text}, which have {results.metric_title} {alone[0].shown(alone[0].score())} alone."
+    if alone:
+        score = alone[0].shown(alone[0].score())
+        text += f" Without the sound, a model of these has {results.metric_title} {score}."
+    return text
 
 
 def placement_sentence(results: TaskResults, model: ModelResult) -> str:

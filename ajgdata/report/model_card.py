@@ -8,6 +8,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+from markupsafe import Markup
+
 from ajgdata.paths import Paths
 from ajgdata.report.card import cell
 from ajgdata.report.format import DASH, number
@@ -43,6 +45,7 @@ class ModelCard:
     facts: Sequence[tuple[str, str]]
     scores: Sequence[Mapping[str, str]]
     has_interval: bool
+    arguments: Markup  #: of `predict_file`, as Python code
 
 
 def render_model_card(
@@ -70,6 +73,7 @@ def render_model_card(
         facts=[*_facts(about).items(), *facts.items()],
         scores=[_cells(score) for score in scores],
         has_interval=any(math.isfinite(score.low) for score in scores),
+        arguments=Markup(_arguments(about)),
     )
     return templates.get_template("model_card.md.j2").render(card=card)
 
@@ -88,12 +92,27 @@ def _facts(about: Mapping[str, Any]) -> dict[str, str]:
         "trained on": f"{about['recordings']} recordings, {provenance['source']}",
         "audio": _settings(about["audio"]),
         "feature": _settings(about["features"]),
+        "covariates": ", ".join(map(_covariate, about.get("covariates", ()))),
         "seed": str(about["seed"]),
         "features computed by": f"ajgdata {provenance['ajgdata_version']}, commit "
         f"{provenance['git_commit'] or DASH}",
         "digest of the recordings": provenance["inputs_sha256"],
     }
     return {topic: text for topic, text in facts.items() if text}
+
+
+def _arguments(about: Mapping[str, Any]) -> str:
+    """Return example arguments of `predict_file` for a model: the file, and its covariates."""
+    values = [f'"{covariate["name"]}": …' for covariate in about.get("covariates", ())]
+    if not values:
+        return '"recording.wav"'
+    return f'"recording.wav", covariates={{{", ".join(values)}}}'
+
+
+def _covariate(covariate: Mapping[str, Any]) -> str:
+    """Return a covariate with its unit and the range of its training values."""
+    unit = f" {covariate['unit']}" if covariate["unit"] else ""
+    return f"{covariate['name']} ({covariate['least']:g} to {covariate['largest']:g}{unit})"
 
 
 def _settings(settings: Mapping[str, Any]) -> str:

@@ -129,7 +129,15 @@ MODELS = Registry(
     },
 )
 #: Models that share one job, because measuring one of them takes about as long as starting a job.
-PLAIN_MODELS = ("linear", "ridge", "knn", "linear_plain", "ridge_plain", "knn_plain")
+PLAIN_MODELS = (
+    "linear",
+    "ridge",
+    "knn",
+    "linear_plain",
+    "ridge_plain",
+    "knn_plain",
+    "covariates_alone",
+)
 #: The model of the paper, and its baseline with a published value.
 PAPER_MODEL = "cnn"
 BASELINE = "knn_plain"

@@ -19,9 +19,12 @@ from ajgdata.live.predictor import Predictor
 from ajgdata.loading import read_predictor
 from ajgdata.models import make_model
 from ajgdata.models.inputs import WithCovariates
+from ajgdata.paths import Paths
 from ajgdata.pipeline.train import train_model
+from ajgdata.report.model_card import render_model_card
 from ajgdata.store.feature_array import frequency_axis
 from ajgdata.store.features import FeatureColumn, FeatureRows, text_column
+from ajgdata.store.models import read_about
 from ajgdata.types import (
     MODELS,
     AudioSettings,
@@ -280,6 +283,22 @@ def test_a_prediction_needs_the_value_of_the_covariate(tmp_path):
             predictor.of_features(table.flat[:1], wrong)
         assert problem in str(caught.value)
     assert "and robot_force_n" in repr(predictor)
+
+
+def test_the_description_of_a_model_names_its_covariates(tmp_path):
+    trained(tmp_path, "regression")
+    about = read_about(tmp_path)
+    about["provenance"] = {
+        "data_set": "d",
+        "source": "recorded",
+        "ajgdata_version": "1",
+        "git_commit": "",
+        "inputs_sha256": "",
+    }
+    card = render_model_card(about, [], {}, "k-NN", Paths(tmp_path))
+    (fact,) = [line for line in card.splitlines() if line.startswith("| covariates |")]
+    assert fact.startswith("| covariates | robot_force_n (3.") and fact.endswith(" N) |")
+    assert 'predict_file("recording.wav", covariates={"robot_force_n": …})' in card
 
 
 def test_a_covariate_outside_of_its_training_values_is_a_remark(tmp_path):
