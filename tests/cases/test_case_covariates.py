@@ -30,7 +30,7 @@ def write_folder(src, missing=()):
     """
     random = np.random.default_rng(0)
     time_s = np.arange(RATE_HZ // 5) / RATE_HZ
-    lines = ["file_name,grasp,mass_g,force_n"]
+    lines = ["wav,grasp,mass_g,force_n"]
     for grasp, mass_g in enumerate(np.linspace(100, 140, GRASPS)):
         force_n = (4, 6, 8)[grasp % 3]
         level = 0.1 + (mass_g - 100 + random.normal(0, NOISE_G)) / 200 + force_n / 20
