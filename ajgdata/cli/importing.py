@@ -272,7 +272,8 @@ def show_summary(paths: Paths, spec: DatasetSpec, *, known: bool) -> bool:
             source = f"{spec.audio.sample_rate_hz} Hz, {_channel(spec.audio.microphone)}"
         say(f"now declared in {file}: {source}, targets {targets}")
         print_facts(label_counts(tables, spec.label_targets))
-        say("models: linear and k-NN; to train the CNN too, add `cnn` to `models` of a task")
+        added = "the CNN too, add `cnn`" if spec.features.needs_waveform else "others, add `forest`"
+        say(f"models: linear and k-NN; to train {added} to `models` of a task")
     for issue in issues:
         say(f"[yellow]warning[/yellow] {escape(issue.problem)}; {issue.fix}")
     if len(impossible_tasks(tables, spec)) < len(spec.tasks):

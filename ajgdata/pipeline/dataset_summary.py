@@ -26,7 +26,6 @@ MAX_SPECTRA = 8
 
 def summary(paths: Paths, spec: DatasetSpec, store: FeatureRows) -> DatasetSummary:
     """Return the summary of a data set and its features."""
-    has_players = bool(paths.run) and spec.features.needs_waveform
     return DatasetSummary(
         name=spec.name,
         title=spec.title or spec.name,
@@ -46,7 +45,7 @@ def summary(paths: Paths, spec: DatasetSpec, store: FeatureRows) -> DatasetSumma
         ),
         findings=tuple(read_findings(paths.quarantine(spec.name))),
         spectra=mean_spectra(store, spec),
-        samples=tuple(samples(paths, spec, store)) if has_players else (),
+        samples=tuple(samples(paths, spec, store)) if paths.run else (),
     )
 
 
@@ -78,8 +77,8 @@ def samples(paths: Paths, spec: DatasetSpec, store: FeatureRows) -> Iterator[tup
 def sound_links(paths: Paths, dataset: str) -> Callable[[str], str]:
     """Return a function that returns the link from the report to a recording of a data set.
 
-    The function takes `session/recording`, and returns "" for a recording that no longer exists.
-    It reads each session once.
+    The function takes `session/recording`, and returns "" for a recording that no longer exists,
+    and for a row of a table, which has no sound. It reads each session once.
     """
 
     @cache
@@ -94,7 +93,7 @@ def sound_links(paths: Paths, dataset: str) -> Callable[[str], str]:
             return ""
         folder, about, recordings = read(session)
         row = recordings.get(recording_id)
-        if row is None:
+        if row is None or row.table_row is not None:
             return ""
         address = link_from_report(paths, audio_path(folder, about, row))
         return address + _media_fragment(row.segment)

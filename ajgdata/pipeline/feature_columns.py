@@ -159,9 +159,10 @@ def note_values(table: ImportedTable, columns: Sequence[str], values: np.ndarray
     is_missing = ~np.isfinite(values)
     for place in np.flatnonzero(is_missing.any(axis=0)).tolist():
         rows = np.flatnonzero(is_missing[:, place])
+        verb = "has" if len(rows) == 1 else "have"
         example = f"{table.places[rows[0]]}: {table.rows[rows[0]][columns[place]]!r}"
         reason = (
-            f"{len(rows)} of {len(values)} rows have no finite number ({example}), and a run "
+            f"{len(rows)} of {len(values)} rows {verb} no finite number ({example}), and a run "
             f"leaves them out; correct the cells, or leave the column out with {OPTION}"
         )
         remarks["warning"].append((f"feature {columns[place]}", reason))

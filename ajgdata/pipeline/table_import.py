@@ -59,8 +59,11 @@ def import_table(
     declared = read_dataset(paths, dataset) if path.is_file() else None
     if declared:
         _check_declared(path, declared, columns)
-    chosen = settings or (declared.imports if declared else ImportSettings())
-    _check_settings(chosen)
+    chosen = declared.imports if declared else ImportSettings()
+    if settings:
+        _check_settings(settings)
+        given = {name: getattr(settings, name) for name in settings.model_fields_set}
+        chosen = chosen.model_copy(update=given)
     table = read_imported_table(file)
     scanned = Scan(file.absolute().parent, is_simulated=table.is_simulated)
     scanned.remarks["note"] += table.notes
@@ -193,6 +196,7 @@ def _warn_of_missing_labels(table: ImportedTable, scanned: Scan, spec: DatasetSp
         empty = [row for row in scanned.files if row.text(name).lower() in missing]
         if empty and len(empty) < len(scanned.files):
             place = table.places[int(empty[0].path.name) - 1]
-            counted = f"{len(empty)} of {len(scanned.files)} rows have no value"
+            verb = "has" if len(empty) == 1 else "have"
+            counted = f"{len(empty)} of {len(scanned.files)} rows {verb} no value"
             reason = f"{counted} (first: {place}), and no task of it uses them; fill the cells"
             scanned.remarks["warning"].append((f"target {name}", reason))

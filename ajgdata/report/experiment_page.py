@@ -104,6 +104,7 @@ class ExperimentView:
     are_results_open: bool
     folded: list[FoldedPart]
     predictions: list[TaskPredictions]
+    predictions_heading: str
     methods: list[MethodLink]
     datasets: list[UsedDataset]
     version: str
@@ -125,6 +126,12 @@ def experiment_view(
     untested = [row.name for row in comparisons if row.differs and not row.reasons]
     has_more = bool(headlines or opened[1:])
     n_rows = sum(len(section.rows) for section in sections)
+    predictions = [
+        TaskPredictions(section.title, part.predictions)
+        for section, part in parts
+        if part.predictions
+    ]
+    can_listen = any(task.list.has_sound for task in predictions)
     return ExperimentView(
         title=page.title,
         question=page.question,
@@ -146,11 +153,8 @@ def experiment_view(
         results=results_table(sections),
         are_results_open=not comparisons and n_rows <= MAX_OPEN_ROWS,
         folded=list(folded_parts(page, sections, open_names, figures)),
-        predictions=[
-            TaskPredictions(section.title, part.predictions)
-            for section, part in parts
-            if part.predictions
-        ],
+        predictions=predictions,
+        predictions_heading=f"Look at {'and listen to ' if can_listen else ''}predictions",
         methods=_method_links(parts),
         datasets=_used_datasets(report.datasets, sections),
         version=report.version,

@@ -70,6 +70,11 @@ class PredictionList(NamedTuple):
     matrix: tuple[MatrixRow, ...] = ()
 
     @property
+    def has_sound(self) -> bool:
+        """Whether a listed recording has a sound; rows of tables have none."""
+        return any(row.link for row in self.rows)
+
+    @property
     def shown(self) -> list[ShownPrediction]:
         """Return the rows with their anchors."""
         first = {row.pair: row for row in reversed(self.rows)}

@@ -9,7 +9,7 @@ import yaml
 from recorded import make_features, run_experiments
 
 import ajgdata as package
-from ajgdata.pipeline.dataset_summary import summary
+from ajgdata.pipeline.dataset_summary import sound_links, summary
 from ajgdata.pipeline.fetch import fetch
 from ajgdata.pipeline.publish import publish
 from ajgdata.store.features import read_store
@@ -174,6 +174,7 @@ def test_a_report_has_no_players_and_no_spectra(src, paths, ajgdata):
     paths = type(paths)(paths.root, "t")
     about = summary(paths, read_dataset(paths, "t"), read_store(paths.features("t")))
     assert (about.samples, about.spectra) == ((), None)
+    assert sound_links(paths, "t")("day1/01") == ""
 
 
 def test_options_of_recordings_are_refused(src, ajgdata):

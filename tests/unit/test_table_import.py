@@ -166,6 +166,15 @@ def test_columns_name_sessions_grasps_and_targets(paths: Paths) -> None:
     assert not [name for name in all_remarks(result) if name.endswith("grasps")]
 
 
+def test_a_second_import_completes_its_options_from_dataset_yaml(paths: Paths) -> None:
+    table = soft_finger().assign(point=np.arange(30) // 3)
+    taken(paths, table, settings=ImportSettings(grasp="{point}"))
+    other = soft_finger(seed=1).assign(point=np.arange(30) // 3)
+    taken(paths, other, "day2.csv", settings=ImportSettings(session="second"))
+    rows, _ = read_recordings(paths.session("soft", "second"))
+    assert len({row.grasp_id for row in rows}) == 10
+
+
 def test_the_import_says_what_it_assumes(paths: Paths) -> None:
     table = soft_finger()
     table["timestamp"] = np.arange(30)
@@ -192,9 +201,9 @@ def test_missing_values_are_listed_and_left_out(paths: Paths) -> None:
     table.loc[6, "simplified_label"] = ""
     _, result = taken(paths, table)
     warnings = dict(result.remarks["warning"])
-    assert warnings["feature f07"].startswith("1 of 30 rows have no finite number (day1.csv:4: '')")
+    assert warnings["feature f07"].startswith("1 of 30 rows has no finite number (day1.csv:4: '')")
     assert "day1.csv:5: 'inf'" in warnings["feature f08"]
-    assert "1 of 30 rows have no value (first: day1.csv:8)" in warnings["target simplified_label"]
+    assert "1 of 30 rows has no value (first: day1.csv:8)" in warnings["target simplified_label"]
     assert not result.is_complete
     assert len(features(paths).feature) == 28
     issues = [issue for issue in validate_dataset(paths, "soft")[1] if issue.level == "error"]
