@@ -23,9 +23,10 @@ from ajgdata.store.changes import (
     with_changes,
 )
 from ajgdata.store.files import json_bytes, plain_text, sha256_of
+from ajgdata.store.imported_table import check_row
 from ajgdata.store.labels import parse_label
 from ajgdata.store.lock import locked
-from ajgdata.store.session_audio import check_unchanged
+from ajgdata.store.session_audio import check_unchanged, table_row
 from ajgdata.store.sessions import (
     audio_path,
     list_sessions,
@@ -320,10 +321,15 @@ def _conflict(where: str, state: RecordingState) -> ConflictError:
 
 
 def _check_sound(folder: Path, row: Recording, dataset: str) -> None:
-    """Raise DataError unless the file of a recording has the stored sha256."""
-    path = audio_path(folder, read_session(folder), row)
+    """Raise DataError unless the file, or the row of a table, has the stored sha256."""
+    session = read_session(folder)
+    path = audio_path(folder, session, row)
     if not path.is_file():
         raise DataError(path, "there is no such file", "restore it, or reject the recording")
+    of_table = table_row(session, path, row)
+    if of_table is not None:
+        check_row(of_table)
+        return
     check_unchanged(path, file_sha256(path), row.sha256, dataset)
 
 

@@ -177,6 +177,24 @@ def test_a_report_has_no_players_and_no_spectra(src, paths, ajgdata):
     assert sound_links(paths, "t")("day1/01") == ""
 
 
+def test_a_corrected_label_stays_if_rows_are_added(src, paths, ajgdata):
+    write_tables(src)
+    table = src / "day1.csv"
+    complete = table.read_text().splitlines(keepends=True)
+    table.write_text("".join(complete[:31]))
+    options = ("import", "--features", table, "--dataset", "t")
+    assert ajgdata(*options).code == 0
+    printed = ajgdata("label", "t", "day1/03", "--label", "simplified_label=contact")
+    assert printed.code == 0, printed.text
+    table.write_text("".join(complete))
+    assert "30 added, 0 changed, 30 unchanged" in ajgdata(*options).text
+    make_features(paths, "t")
+    store = read_store(paths.features("t"))
+    names = store.columns["recording"].values.tolist()
+    labels = dict(zip(names, store.columns["simplified_label"].values.tolist(), strict=True))
+    assert (labels["day1/03"], labels["day1/06"]) == ("contact", "edge")
+
+
 def test_options_of_recordings_are_refused(src, ajgdata):
     write_tables(src)
     table = src / "day1.csv"
