@@ -7,10 +7,14 @@ import math
 import re
 import runpy
 import sys
+import tempfile
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
+import scipy.stats
+import soundfile
 import yaml
 from PIL import Image
 from recorded import make_features, run_experiments
@@ -368,12 +372,86 @@ def test_the_code_between_the_comments_is_replaced_and_nothing_else():
         examples.with_examples(old.replace("spectrum.py", "no_file.py"))
 
 
-def test_the_notebook_runs_and_has_no_stored_output(monkeypatch):
-    monkeypatch.setenv("MPLBACKEND", "agg")
-    cells = json.loads((FOLDER / "explore_sample.ipynb").read_text(encoding="utf-8"))["cells"]
+def run_notebook(name: str) -> dict:
+    """Run the code cells of a notebook without stored output, and return its names."""
+    cells = json.loads((FOLDER / f"{name}.ipynb").read_text(encoding="utf-8"))["cells"]
     programs = [cell for cell in cells if cell["cell_type"] == "code"]
     assert not any(cell["outputs"] or cell["execution_count"] for cell in programs)
     names: dict[str, object] = {}
     exec("\n".join("".join(cell["source"]) for cell in programs), names)
+    return names
+
+
+@pytest.fixture
+def notebook_folder(tmp_path, monkeypatch) -> None:
+    """A notebook draws without a window and writes into a folder of the test."""
+    monkeypatch.setenv("MPLBACKEND", "agg")
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+
+
+@pytest.fixture
+def players(monkeypatch) -> list:
+    """The sounds of the players: a stand-in of IPython, which only the site needs, lists them."""
+    sounds = []
+    ipython = ModuleType("IPython")
+    ipython.get_ipython = lambda: None  # for matplotlib
+    display = ModuleType("IPython.display")
+    display.Audio = lambda samples, rate: sounds.append((samples, rate))
+    monkeypatch.setitem(sys.modules, "IPython", ipython)
+    monkeypatch.setitem(sys.modules, "IPython.display", display)
+    return sounds
+
+
+def test_notebook_of_the_sample(notebook_folder):
+    names = run_notebook("explore_sample")
     assert len(names["y"]) == 256
     assert all(share > 2 / 16 for share in names["accuracy"].values())  # twice the chance level
+
+
+def test_notebook_of_own_recordings(notebook_folder, players):
+    names = run_notebook("own_recordings")
+    table = names["table"]
+    assert (len(table), table.grasp.nunique(), table.session.nunique()) == (144, 72, 3)
+    for split, column in (("held-out grasps", "grasp"), ("held-out sessions", "session")):
+        groups = table[column].to_numpy()
+        for train, test in names["splits"][split][0]:
+            assert not set(groups[train]) & set(groups[test])
+    accuracy = names["scores"].set_index("test data")
+    # The shift of a session (3 %) moves a mode to that of another label (4 to 8 %).
+    assert accuracy.accuracy["held-out sessions"] < accuracy.low["held-out grasps"]
+    assert accuracy.low["held-out sessions"] > 0.5 > accuracy.chance["held-out sessions"]
+    worst, wrong = names["worst"], names["wrong"]
+    assert worst.label != worst.predicted and worst.probability == wrong.probability.max()
+    assert f"_{worst.label}_" in worst.path.name
+    example = names["example"]
+    assert example.label == worst.predicted
+    assert [rate for _, rate in players] == [44_100, 44_100]
+    for (samples, _), path in zip(players, (worst.path, example.path), strict=True):
+        np.testing.assert_array_equal(samples, soundfile.read(path, dtype="float32")[0])
+
+
+def test_notebook_of_a_figure_of_a_paper(notebook_folder):
+    names = run_notebook("paper_figure")
+    grasps_db = names["level_db"].loc["padlock"].iloc[:, 0].to_numpy()
+    assert len(grasps_db) == 8
+    low, high = scipy.stats.bootstrap(
+        [grasps_db], np.mean, n_resamples=2000, rng=np.random.default_rng(0)
+    ).confidence_interval
+    curve = names["curves"]["padlock"].iloc[0]
+    assert curve.mean_db == pytest.approx(grasps_db.mean())
+    # For 8 values, Student's t is wider than the bootstrap: about 2.36 / 1.96 * (8 / 7) ** 0.5.
+    assert (high - low) / 2 < curve.half_width_db < 2 * (high - low) / 2
+    pdf = (names["FOLDER"] / "figure_1.pdf").read_bytes()
+    assert b"/FontFile2" in pdf and b"/Type3" not in pdf  # embedded TrueType
+    width_pt = float(re.search(rb"/MediaBox \[ 0 0 ([\d.]+)", pdf)[1])
+    assert width_pt == pytest.approx(88.9 / 25.4 * 72)
+    svg = (names["FOLDER"] / "figure_1.svg").read_text(encoding="utf-8")
+    assert "<text" not in svg  # letters are outlines
+
+
+def test_each_notebook_is_listed_and_tested():
+    shown = (FOLDER.parent / "examples.md").read_text(encoding="utf-8")
+    tested = Path(__file__).read_text(encoding="utf-8")
+    for path in FOLDER.glob("*.ipynb"):
+        assert f"(examples/{path.name})" in shown
+        assert f'run_notebook("{path.stem}")' in tested

@@ -38,8 +38,9 @@ def test_links_lead_to_pages_and_headings(name):
 
 
 def test_every_page_is_in_the_menu():
-    files = {path.name for path in (ROOT / "docs").glob("*.md")} | {"examples/explore_sample.ipynb"}
-    assert files == set(pages(SETTINGS["nav"]))
+    docs = ROOT / "docs"
+    files = [*docs.glob("*.md"), *docs.glob("examples/*.ipynb")]
+    assert {path.relative_to(docs).as_posix() for path in files} == set(pages(SETTINGS["nav"]))
 
 
 def test_the_site_is_built_without_a_warning(tmp_path):
@@ -59,5 +60,10 @@ def test_the_site_is_built_without_a_warning(tmp_path):
         assert not re.search(r"<(script|img|link|source)[^>]+(src|href)=\"https?://", content)
     assert "load_recordings" in (tmp_path / "python.html").read_text(encoding="utf-8")
     assert "groupby" in (tmp_path / "examples.html").read_text(encoding="utf-8")
-    notebook = (tmp_path / "examples/explore_sample.html").read_text(encoding="utf-8")
-    assert notebook.count("data:image/png") >= 2  # its plots
+    for name, media, count in (
+        ("explore_sample", "data:image/png", 2),
+        ("paper_figure", "data:image/png", 1),
+        ("own_recordings", "data:audio/wav", 2),
+    ):
+        notebook = (tmp_path / f"examples/{name}.html").read_text(encoding="utf-8")
+        assert notebook.count(media) >= count, name
