@@ -96,10 +96,11 @@ docs: $(VENV)/.docs
 	$(BIN)/typer ajgdata.cli utils docs --name ajgdata --title "Command line" --output docs/command-line.md
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
 
-# The README's table from the last run; screenshots of its report into docs/images.
+# The README's table from the last run; pictures of its report and of docs/start.md (make real NAMES=active_rp) into docs/images.
 readme: $(VENV)/.test $(VENV)/.browser
 	$(BIN)/python -m tools.readme_table
 	$(BIN)/python -m tools.screenshots
+	$(BIN)/python -m tools.start_pictures
 
 # The simulated sample of the package, from the features of the last run (maintainers only).
 sample: $(VENV)/.test

@@ -21,9 +21,14 @@ OPENING_COLOURS = 128  #: the opening picture shows a pressure field, which has 
 #: Largest width of the opening picture in pixels: a column of text on a high-resolution screen.
 OPENING_WIDTH = 1300
 #: Largest size of all files in docs/images, because each clone downloads them.
-MAX_BYTES = 400_000
-#: Width and height of the first screen of a report in CSS pixels.
-SCREEN = (1300, 1450)
+MAX_BYTES = 900_000
+#: Width of the first page of a report in CSS pixels.
+WIDTH = 1300
+#: Script that returns the height of the page, with a margin below the footer.
+HEIGHT = """
+const footer = document.querySelector('footer').getBoundingClientRect()
+return Math.ceil(footer.bottom + scrollY) + 16
+"""
 #: Script that adds numbers to the parts of the page. docs/reading-the-report.md explains them.
 NUMBERS = """
 ['header img', '.answer', '.forest', '.cards', 'footer'].forEach((part, i) => {
@@ -38,11 +43,13 @@ NUMBERS = """
 
 
 def screenshot(page: Path) -> bytes:
-    """Return the first screen of a page as PNG."""
+    """Return the first page of a report with numbered parts as PNG."""
     with browser() as window:
-        window.window(*SCREEN, scale=1)
+        window.window(WIDTH)
         window.medium(dark=False, printed=False)
         window.open(page.resolve().as_uri())
+        height = window.run(HEIGHT)
+        window.window(WIDTH, height)
         window.run(NUMBERS)
         return small(window.picture())
 
@@ -65,30 +72,35 @@ def small(png: bytes, colours: int = COLOURS, width: int = 0) -> bytes:
 
 
 def write_screenshots(page: Path) -> None:
-    """Write the opening picture and the first screen of a report to docs/images.
+    """Write the opening picture and the first page of a report to docs/images.
 
     Without a report or a browser, prints what is missing and leaves the screenshot unchanged.
     """
     opening_file = page.parent / Paths().opening.relative_to(Paths().report.parent)
     opening = opening_file.with_suffix(".png")
     if opening.is_file():
-        _write("opening", small(opening.read_bytes(), OPENING_COLOURS, OPENING_WIDTH))
+        write_picture("opening", small(opening.read_bytes(), OPENING_COLOURS, OPENING_WIDTH))
     install_commands = missing()
     if not page.is_file():
         print(f"screenshots: unchanged, there is no {page}")
     elif install_commands:
         print(f"screenshots: unchanged, not installed: {install_commands}")
     else:
-        _write("report", screenshot(page))
-    size = sum(file.stat().st_size for file in IMAGES.iterdir())
-    if size > MAX_BYTES:
-        sys.exit(f"docs/images: {size / 1000:.0f} kB, more than {MAX_BYTES / 1000:.0f}")
+        write_picture("report", screenshot(page))
+    check_size()
 
 
-def _write(name: str, png: bytes) -> None:
+def write_picture(name: str, png: bytes) -> None:
     """Write a picture to docs/images if it has changed."""
     if write_if_changed(IMAGES / f"{name}.png", png):
         print(f"wrote docs/images/{name}.png ({len(png) / 1000:.0f} kB)")
+
+
+def check_size() -> None:
+    """End the program if the pictures of the documentation are too large together."""
+    size = sum(file.stat().st_size for file in IMAGES.iterdir())
+    if size > MAX_BYTES:
+        sys.exit(f"docs/images: {size / 1000:.0f} kB, more than {MAX_BYTES / 1000:.0f}")
 
 
 def main() -> None:
