@@ -92,7 +92,7 @@ def publish(
     >>> publish(find_project(), "size", Path("tree/size")).recordings
     16
     >>> sorted(path.name for path in Path("tree/size").iterdir())[:3]
-    ['LICENSE', 'README.md', 'SHA256SUMS']
+    ['CITATION.cff', 'LICENSE', 'README.md']
     """
     out = Path(out)
     _check_target(out)
