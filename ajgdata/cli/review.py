@@ -11,7 +11,7 @@ from rich.markup import escape
 from ajgdata.cli.completion import dataset_names
 from ajgdata.cli.console import AllOption, JsonOption, print_json, say
 from ajgdata.paths import find_project
-from ajgdata.types import DataError
+from ajgdata.types import DataError, DatasetSpec
 
 #: Number of recordings that are printed without `--all`.
 SHOWN = 10
@@ -73,9 +73,10 @@ def label(
     reject: Annotated[
         str, typer.Option(metavar="REASON", help="exclude the recording, with the reason")
     ] = "",
-    new_label: Annotated[
-        str, typer.Option("--label", metavar="TARGET=VALUE", help="the right label")
-    ] = "",
+    new_labels: Annotated[
+        list[str] | None,
+        typer.Option("--label", metavar="TARGET=VALUE", help="the right label; repeatable"),
+    ] = None,
     reason: Annotated[str, typer.Option(help="reason of --label or --ok")] = "",
     note: Annotated[str, typer.Option(metavar="TEXT", help="store a note")] = "",
     undo: Annotated[bool, typer.Option("--undo", help="take back the last change")] = False,
@@ -90,7 +91,7 @@ def label(
     options = {
         "--ok": ok,
         "--reject": bool(reject),
-        "--label": bool(new_label),
+        "--label": bool(new_labels),
         "--note": bool(note),
         "--undo": undo,
     }
@@ -101,25 +102,32 @@ def label(
     paths = find_project()
     spec = check_changeable(paths, dataset)
     action = given[0].removeprefix("--")
-    column = ""
-    value = note
-    if new_label:
-        column, equals, value = new_label.partition("=")
-        if not equals:
-            raise DataError("--label", f"{new_label!r} has no =", "write it as TARGET=VALUE")
-        if column in spec.tasks and column not in spec.label_targets:
-            column = spec.tasks[column].target
+    cells = [_cell(spec, text) for text in new_labels or ()] or [("", note)]
     names = [find_recording(paths, dataset, text) for text in recordings]
     for name in names:
-        change = change_recording(
-            paths,
-            dataset,
-            name,
-            action,  # type: ignore[arg-type]  # the names of the options are the actions
-            column=column,
-            value=value,
-            reason=reject or reason,
-        )
-        say(escape(f"{name}: {change}"))
+        for column, value in cells:
+            change = change_recording(
+                paths,
+                dataset,
+                name,
+                action,  # type: ignore[arg-type]  # the names of the options are the actions
+                column=column,
+                value=value,
+                reason=reject or reason,
+            )
+            say(escape(f"{name}: {change}"))
     if action != "note":
         say(escape(f"next: ajgdata run {dataset}"))
+
+
+def _cell(spec: DatasetSpec, text: str) -> tuple[str, str]:
+    """Return the column and the value of TARGET=VALUE; the name of a task stands for its target.
+
+    Raises DataError for another form.
+    """
+    column, equals, value = text.partition("=")
+    if not equals:
+        raise DataError("--label", f"{text!r} has no =", "write it as TARGET=VALUE")
+    if column in spec.tasks and column not in spec.label_targets:
+        column = spec.tasks[column].target
+    return column, value

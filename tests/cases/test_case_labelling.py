@@ -93,6 +93,15 @@ def test_a_label_by_hand_is_used_and_recordings_csv_stays(tones, ajgdata, featur
     assert changes_since_features(tones, read_dataset(tones, NAME)) == []
 
 
+def test_several_recordings_and_columns_are_changed_by_one_command(tones, ajgdata):
+    options = ("--label", "label=cube", "--label", "object=cube")
+    assert ajgdata("label", NAME, "1_ball", "2_ball", *options).code == 0
+    states = recording_states(tones, NAME)
+    for name in ("src/1_ball", "src/2_ball"):
+        assert states[name].labels["label"] == states[name].labels["object"] == "cube"
+        assert states[name].changed == {"label": "ball", "object": "ball"}
+
+
 def test_a_rejected_recording_is_excluded_until_undo(tones, ajgdata, features):
     assert ajgdata("label", NAME, "1_ball.wav", "--reject", "door slammed").code == 0
     features(NAME)

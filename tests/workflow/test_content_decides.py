@@ -9,7 +9,8 @@ import time
 import pytest
 from conftest import ROOT, Project, copy_workflow, edit_table, snakemake_here
 
-from ajgdata.paths import RECORDINGS_FILE, SESSION_FILE
+from ajgdata.paths import CHANGES_FILE, RECORDINGS_FILE, SESSION_FILE
+from ajgdata.pipeline.labelling import change_recording
 
 END = ("results/report/index.html", "results/metrics.csv")
 TASKS = {"experiment": 1, "collect": 1, "report": 1}
@@ -42,13 +43,24 @@ def relabel_before_results_from_the_future(project: Project) -> None:
     relabel(project)
 
 
+def relabel_by_hand(project: Project) -> None:
+    change_recording(project.paths, "tones", "day1/0", "label", column="pitch", value="high")
+    os.utime(project.folder("day1") / CHANGES_FILE, (OLD_S, OLD_S))
+
+
 def remove_session(project: Project) -> None:
     shutil.rmtree(project.folder("day2"))
 
 
 @pytest.mark.parametrize(
     "change",
-    [relabel_with_old_time, relabel_before_results_from_the_future, add_note, remove_session],
+    [
+        relabel_with_old_time,
+        relabel_before_results_from_the_future,
+        relabel_by_hand,
+        add_note,
+        remove_session,
+    ],
 )
 def test_changed_contents_are_computed_again_whatever_the_times(project, change):
     change(project)
@@ -58,6 +70,12 @@ def test_changed_contents_are_computed_again_whatever_the_times(project, change)
 @pytest.mark.parametrize("time_s", [OLD_S, FUTURE_S])
 def test_equal_contents_with_other_times_have_nothing_to_do(project, time_s):
     set_times(project, time_s)
+    assert project.planned(*END) == {}
+
+
+def test_a_note_on_a_recording_and_its_acceptance_have_nothing_to_do(project):
+    change_recording(project.paths, "tones", "day1/0", "note", value="faint")
+    change_recording(project.paths, "tones", "day1/0", "ok")
     assert project.planned(*END) == {}
 
 
