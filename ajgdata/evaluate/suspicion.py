@@ -19,7 +19,7 @@ Three observations give the suspicion S of a recording:
   as P, with the difference from the median of the nearest recordings of other grasps.
 - *contradiction*: a recording with nearly the same sound, or of the same grasp, has another label.
 
-S is the mean of P and O, and of one of them if the other is unknown. With a contradiction, it is
+S is the mean of P and O; if one of them is unknown, it is 1/2. With a contradiction, S becomes
 (1 + S) / 2.
 """
 
@@ -208,12 +208,8 @@ def combined(
 
     >>> import numpy as np
     >>> unknown = np.nan
-    >>> combined(np.array([0.8, unknown]), np.array([0.6, 0.4]), np.array([False, True])).round(2)
-    array([0.7, 0.7])
+    >>> combined(np.array([0.8, unknown]), np.array([0.6, 0.4]), np.array([False, True])).round(3)
+    array([0.7  , 0.725])
     """
-    parts = np.stack([prediction, outlier])
-    is_known = ~np.isnan(parts)
-    count = is_known.sum(axis=0)
-    total = np.where(is_known, parts, 0).sum(axis=0)
-    suspicion = np.divide(total, count, out=np.zeros(len(prediction)), where=count > 0)
+    suspicion = (np.nan_to_num(prediction, nan=0.5) + np.nan_to_num(outlier, nan=0.5)) / 2
     return np.asarray(np.where(is_contradicted, (1 + suspicion) / 2, suspicion))

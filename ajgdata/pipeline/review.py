@@ -108,8 +108,9 @@ def review_list(paths: Paths, dataset: str, *, task: str = "") -> Review:
     """Return the recordings of a data set, the most suspicious first (see `evaluate.suspicion`).
 
     Recordings that a person accepted are at the end, and rejected recordings are omitted. Without
-    a `task`, each recording has the suspicion of its most suspicious task. Predictions are those of
-    the last run with this data set. Raises DataError without such a task or a usable recording.
+    a `task`, each recording has the suspicion of its most suspicious task; tasks without
+    predictions are omitted if other tasks have predictions. Predictions are those of the last run
+    with this data set. Raises DataError without such a task or a usable recording.
     """
     spec = read_dataset(paths, dataset)
     if task and task not in spec.tasks:
@@ -131,7 +132,8 @@ def review_list(paths: Paths, dataset: str, *, task: str = "") -> Review:
     file, predictions = _last_predictions(paths, dataset)
     best: dict[str, tuple[float, str, int]] = {}
     reviews: dict[str, tuple[_TaskReview, list[str]]] = {}
-    for name in [task] if task else spec.tasks:
+    names_of_tasks = [task] if task else [name for name in spec.tasks if predictions[name]]
+    for name in names_of_tasks or spec.tasks:
         review, names = _task_review(spec, name, sounds, states, predictions[name], pairs)
         reviews[name] = review, names
         for row, recording in enumerate(names):
@@ -157,6 +159,9 @@ def review_list(paths: Paths, dataset: str, *, task: str = "") -> Review:
             )
         )
     used = {name: predictions[name] for name in reviews}
+    omitted = [name for name in spec.tasks if name not in reviews]
+    if omitted and not task:
+        remarks.append(f"tasks without predictions are omitted (--task): {', '.join(omitted)}")
     return Review(tuple(items), (*_prediction_remarks(dataset, file, used), *remarks))
 
 
