@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Literal
 
-from ajgdata.evaluate.agreement import Estimate, placebo_test
+from ajgdata.evaluate.agreement import Estimate, Interval, placebo_test
+from ajgdata.evaluate.fold_tests import corrected_interval
 
 #: `object`: a new session keeps most of the skill. `placement`: it keeps less than half of it.
 #: `nothing`: not better than chance or the placebo. `unmeasured`: there is only one session.
@@ -13,6 +15,9 @@ DiagnosisVerdict = Literal["object", "placement", "nothing", "inconclusive", "un
 #: Share of the skill in known sessions that a new session must keep. `experiments.cross_gripper`
 #: uses the same share for a new gripper.
 KEPT_SKILL = 0.5
+#: Number of held-out sessions from which their variation is part of the interval. The intervals of
+#: fewer sessions would be too wide for any verdict, so their verdicts are preliminary.
+ENOUGH_SESSIONS = 5
 
 
 def kept_skill(known: Estimate, new: Estimate) -> tuple[float, float, float]:
@@ -34,6 +39,22 @@ def kept_skill(known: Estimate, new: Estimate) -> tuple[float, float, float]:
         for value in (new.value, *new.interval)
     ]
     return shares[0], min(shares[1:]), max(shares[1:])
+
+
+def over_sessions(new: Estimate, folds: Sequence[float], metric: str) -> Estimate:
+    """Return the score in new sessions with an interval that also has the variation of sessions.
+
+    `new` has the interval over grasps, and `folds` are the scores of the held-out sessions. With
+    fewer than `ENOUGH_SESSIONS` folds, `new` is returned.
+    """
+    if len(folds) < ENOUGH_SESSIONS:
+        return new
+    between = corrected_interval(folds, len(folds), metric)
+    if not between.is_defined:
+        return new
+    low = min(new.interval.low, between.low)
+    high = max(new.interval.high, between.high)
+    return new._replace(interval=Interval(low, high))
 
 
 def diagnose(

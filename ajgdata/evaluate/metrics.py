@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from sklearn import metrics
-from sklearn.dummy import DummyClassifier
 
 from ajgdata.types import Kind
 
@@ -139,14 +138,25 @@ def chance(
 ) -> dict[str, float]:
     """Return the metrics on `y_test` (m,) of a guess that ignores the input.
 
-    The guess is the mean of `y_train` (n,), or its most frequent class. The accuracy is at least
-    that of a random guess, 1 / (number of classes): the most frequent class of a training part is
-    less frequent in the test part.
+    The guess is the mean of `y_train` (n,), or its most frequent class. If several classes are the
+    most frequent ones, the metrics are the means over them, so the order of names has no effect.
+    The accuracy is at least that of a random guess, 1 / (number of classes): the most frequent
+    class of a training part is less frequent in the test part.
     """
     if kind == "regression":
         guess = np.broadcast_to(middle(y_train, period), y_test.shape)
         return regression(y_test, guess, period)
-    dummy = DummyClassifier(strategy="prior").fit(np.zeros((len(y_train), 1)), y_train)
-    scores = classification(y_test, dummy.predict(np.zeros((len(y_test), 1))))
-    scores["accuracy"] = max(scores["accuracy"], 1 / len(dummy.classes_))
-    return scores
+    classes, counts = np.unique(y_train, return_counts=True)
+    tied = classes[counts == counts.max()]
+    tested = [int(np.count_nonzero(y_test == label)) for label in tied]
+    # The metrics of a constant guess depend only on how often the class is tested.
+    guesses = {
+        count: classification(y_test, np.full(len(y_test), label))
+        for count, label in zip(tested, tied, strict=True)
+    }
+    scores = guesses[tested[0]]
+    if len(guesses) > 1:
+        scores = {
+            name: float(np.mean([guesses[count][name] for count in tested])) for name in scores
+        }
+    return {**scores, "accuracy": max(scores["accuracy"], 1 / len(classes))}

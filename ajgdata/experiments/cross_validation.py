@@ -370,7 +370,7 @@ def position_table(inputs: Inputs, data: TaskData, columns: tuple[str, str]) -> 
     """Return the session and the position of each recording, for the map of a task.
 
     `columns` have the positions; an empty cell is a missing one. Raises NotPossibleError if a
-    column does not exist, or has other cells than numbers.
+    column does not exist, or has other cells than numbers, and if no recording has a position.
     """
     places = []
     for column in columns:
@@ -384,6 +384,11 @@ def position_table(inputs: Inputs, data: TaskData, columns: tuple[str, str]) -> 
                 f"map: column {column!r} has cells that are not numbers; correct them, or remove "
                 "`map`"
             ) from None
+    if np.isnan(places).any(axis=0).all():
+        raise NotPossibleError(
+            f"map: no recording has a position in {' and '.join(columns)}; add some, or "
+            "remove `map`"
+        )
     keys = ("recording", "session", "x", "y")
     names = data.name.tolist()
     sessions = data.by_session().group.tolist()

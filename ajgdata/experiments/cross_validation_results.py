@@ -78,6 +78,8 @@ CONFUSED = 0.1
 MAX_CONFUSED = 3
 #: Shares of predictions that are kept, in the figure of confident predictions.
 SHARES_KEPT = tuple(share / 20 for share in range(1, 21))
+#: Fewest predictions whose accuracy a title states.
+MIN_CONFIDENT = 20
 SHORTEST_S = 1e-3  #: shorter times are drawn as this on a logarithmic axis
 
 
@@ -383,14 +385,21 @@ def confidence_table(results: TaskResults) -> Table:
 
 
 def confidence_finding(results: TaskResults) -> str:
-    """Return the accuracy of all, and of the most confident, predictions of the shown model."""
+    """Return the accuracy of all, and of the most confident, predictions of the shown model.
+
+    The most confident ones are the smallest share with `MIN_CONFIDENT` predictions.
+    """
     table = confidence_table(results)
     labels = table.column("model")
-    label = shown_model(results).label
-    rows = table.where(model=label if label in labels else labels[0]).rows
-    ends = [f"{number(100 * row['accuracy'])} %" for row in (rows[len(SHARES_KEPT) - 1], rows[0])]
-    share = number(100 * SHARES_KEPT[0])
-    return f"{rows[0]['model']}: accuracy {ends[0]}, and {ends[1]} of the most confident {share} %"
+    shown = shown_model(results)
+    model = shown if shown.label in labels else models_of(results)[0]
+    rows = table.where(model=model.label).rows[: len(SHARES_KEPT)]
+    count = len(model.recordings())
+    enough = [row for row in rows if count * row["kept"] >= MIN_CONFIDENT] or rows[-1:]
+    total = f"accuracy {number(100 * rows[-1]['accuracy'])} % of {count} predictions"
+    kept = math.ceil(count * enough[0]["kept"])
+    best = f"{number(100 * enough[0]['accuracy'])} % of the {kept} most confident"
+    return f"{model.label}: {total}, and {best}"
 
 
 PLOTS = (

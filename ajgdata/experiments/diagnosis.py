@@ -7,7 +7,13 @@ from functools import partial
 
 import numpy as np
 
-from ajgdata.evaluate.diagnosis import DiagnosisVerdict, diagnose, kept_skill
+from ajgdata.evaluate.diagnosis import (
+    ENOUGH_SESSIONS,
+    DiagnosisVerdict,
+    diagnose,
+    kept_skill,
+    over_sessions,
+)
 from ajgdata.evaluate.next_session import next_session
 from ajgdata.evaluate.parts import GROUPED, RANDOM, SESSIONS
 from ajgdata.experiments.base import TaskResults
@@ -44,7 +50,11 @@ CAPTION = (
 def diagnosis(results: TaskResults, link: Callable[[str], str]) -> Diagnosis:
     """Return the diagnosis of a task; `link` returns the link to a recording, or ""."""
     model = shown_model(results)
-    new = model.estimate(SESSIONS) if model.has(SESSIONS) else None
+    new = None
+    n_sessions = 0
+    if model.has(SESSIONS):
+        n_sessions = len(model.folds(SESSIONS))
+        new = over_sessions(model.estimate(SESSIONS), model.folds(SESSIONS), results.metric)
     own = model.estimate()
     placebo_score = model.placebo()
     placebo_part = model.placebo_part(GROUPED)
@@ -55,6 +65,13 @@ def diagnosis(results: TaskResults, link: Callable[[str], str]) -> Diagnosis:
         shares = [max(100 * value, 0.0) for value in kept_skill(own, new)]
         share, low, high = (number(value, 2) for value in shares)
         answer = answer.format(share=f"{share} % ({low} to {high})")
+    explanation = _explanation(model)
+    if verdict in ("object", "placement") and n_sessions < ENOUGH_SESSIONS:
+        answer = f"Preliminary. {answer}"
+        explanation += (
+            f" The interval counts grasps of {n_sessions} sessions; another session can differ."
+            f" From {ENOUGH_SESSIONS} sessions on, it has the variation between sessions."
+        )
     name = f"{results.dataset}--{results.task}--diagnosis"
     sounds, sounds_text = _sounds(model, link)
     plan = _plan(results, model)
@@ -63,7 +80,7 @@ def diagnosis(results: TaskResults, link: Callable[[str], str]) -> Diagnosis:
         title=results.title,
         source=results.source,
         answer=answer,
-        explanation=_explanation(model),
+        explanation=explanation,
         figure=_figure(name, model, answer),
         sounds=sounds,
         sounds_text=sounds_text,

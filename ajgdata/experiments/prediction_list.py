@@ -61,7 +61,7 @@ def _classes(model: ModelResult, link: Callable[[str], str]) -> PredictionList:
         )
         for index in chosen
     )
-    title = f"{len(wrong)} of {len(true)} recordings are predicted wrong ({model.label})"
+    title = f"{len(wrong)} of {len(true)} recordings are predicted wrongly ({model.label})"
     note = "Each class also has its most certain correct prediction, for comparison."
     if len(wrong) > MAX_WRONG:
         note = f"The {MAX_WRONG} most certain wrong predictions are listed. {note}"

@@ -20,6 +20,8 @@ def surface_maps(results: TaskResults) -> Iterator[Illustration]:
         return
     for result in results.results:
         points = points_of(results, result.model)
+        positions = result.tables[POSITIONS].rows
+        n_without = sum(row["x"] is None or row["y"] is None for row in positions)
         count = sum(len(own) for own in points.values())
         right = sum(point.true == point.predicted for own in points.values() for point in own)
         title = f"{result.label}: {number(100 * right / count)} % of {count} points are correct"
@@ -27,6 +29,8 @@ def surface_maps(results: TaskResults) -> Iterator[Illustration]:
             f"{results.title}, {results.source}. Held-out predictions by session. Squares: true "
             "class; dots: class that most recordings of the point are predicted as."
         )
+        if n_without:
+            text += f" {n_without} of {len(positions)} recordings have no position."
         alt = f"{title}. Sessions: {', '.join(points)}."
         draw = partial(
             surface_map_figure,

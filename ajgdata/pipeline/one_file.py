@@ -47,18 +47,18 @@ def write_one_file(paths: Paths, file: Path) -> WrittenReport:
 
     without_sounds = one_file(pages, image, sound=lambda link: None)
     remaining = MAX_BYTES - len(without_sounds.html.encode())
-    sounds: dict[str, str] = {}
+    sounds: dict[str, str | None] = {}
 
     def sound(link: str) -> str | None:
         """Return a sound as data URI; None if it does not exist, or the file is full."""
         nonlocal remaining
         if link not in sounds:
-            address = _sound(folder, link)
-            if address is None or len(address) > remaining:
-                return None
-            remaining -= len(address)
-            sounds[link] = address
-        return sounds[link]
+            sounds[link] = _sound(folder, link)
+        address = sounds[link]
+        if address is None or len(address) > remaining:
+            return None
+        remaining -= len(address)
+        return address
 
     report = one_file(pages, image, sound)
     content = report.html.encode()

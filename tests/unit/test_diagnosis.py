@@ -7,7 +7,7 @@ import pytest
 from result_samples import CLASSES, kind_result, kinds, sizes
 
 from ajgdata.evaluate.agreement import UNDEFINED, Estimate, Interval
-from ajgdata.evaluate.diagnosis import diagnose, kept_skill
+from ajgdata.evaluate.diagnosis import diagnose, kept_skill, over_sessions
 from ajgdata.evaluate.next_session import GRASPS_PER_PLACEMENT, PLACEMENTS, next_session
 from ajgdata.experiments.diagnosis import diagnosis
 from ajgdata.report.format import Score
@@ -31,6 +31,16 @@ def accuracy(value: float, low: float, high: float) -> Estimate:
 )
 def test_the_verdict_is_the_skill_that_a_new_session_keeps(new, verdict):
     assert diagnose(KNOWN, new) == verdict
+
+
+def test_the_variation_of_five_sessions_widens_the_interval():
+    """Sessions 0.5, 0.6, 0.7, 0.8, 0.9: mean 0.7, variance 0.025, t(4) = 2.776."""
+    new = accuracy(0.7, 0.66, 0.74)
+    wide = over_sessions(new, [0.5, 0.6, 0.7, 0.8, 0.9], "accuracy")
+    reach = 2.776 * np.sqrt((1 / 5 + 1 / 4) * 0.025)
+    assert wide.interval == pytest.approx((0.7 - reach, 0.7 + reach), abs=1e-3)
+    assert over_sessions(new, [0.5, 0.9], "accuracy") == new
+    assert over_sessions(new, [0.70, 0.70, 0.70, 0.70, 0.71], "accuracy").interval == new.interval
 
 
 def test_errors_have_the_same_rule():
@@ -74,7 +84,7 @@ def test_a_task_in_words_with_two_sounds_and_the_plan():
     """In new sessions all granite is predicted as basalt. The first sound is granite."""
     result = kind_result(score=Score(0.9, 0.02), **sessions(0.6, np.repeat(CLASSES[0], 10)))
     told = diagnosis(kinds(result), lambda name: f"{name}.wav")
-    assert told.answer.startswith("The placement: the model keeps only 0 % (0 to ")
+    assert told.answer.startswith("Preliminary. The placement: the model keeps only 0 % (0 to ")
     assert "accuracy 90 % (87 to 93) on new grasps of known sessions" in told.explanation
     assert "60 % (52.5 to 67.5) in new sessions (chance level 60 %)" in told.explanation
     assert [link for _, link in told.sounds] == ["r4.wav", "r0.wav"]

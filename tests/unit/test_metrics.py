@@ -52,6 +52,13 @@ def test_chance_is_the_commonest_class_or_the_mean_of_the_training_part():
     assert chance["accuracy"] == 1 / 2  # the commonest class: 1 / 4; a uniform guess: 1 / 2
     chance = metrics.chance(np.array([1, 1, 0]), np.array([1, 1, 1, 0]), "classification")
     assert chance["accuracy"] == 3 / 4
+    # Two classes are equally frequent in training, and tested 1 and 3 times.
+    for names in (("a", "b"), ("b", "a")):
+        train = np.repeat(names, 5)
+        test = np.repeat(names, (1, 3))
+        tied = metrics.chance(train, test, "classification")
+        assert tied["accuracy"] == tied["balanced_accuracy"] == 0.5
+        assert tied["macro_f1"] == pytest.approx((0.4 / 2 + (6 / 7) / 2) / 2)
     chance = metrics.chance(np.array([0.0, 4]), np.array([3.0, 5]), "regression")
     assert chance["rmse"] == pytest.approx(math.sqrt((1 + 9) / 2))
     assert chance["mae"] == pytest.approx(2)

@@ -16,7 +16,7 @@ def sound(name: str) -> str:
 def test_each_number_of_the_matrix_leads_to_its_recordings():
     """True basalt: 3 correct, 1 wrong (r3); true granite: 2 wrong (r4, r5), 4 correct."""
     listed = prediction_list(kinds(), sound)
-    assert listed.title == "3 of 10 recordings are predicted wrong (CNN)"
+    assert listed.title == "3 of 10 recordings are predicted wrongly (CNN)"
     assert listed.classes == CLASSES
     assert [[cell.text for cell in row.cells] for row in listed.matrix] == [["3", "1"], ["2", "4"]]
     correct = [[cell.is_correct for cell in row.cells] for row in listed.matrix]
