@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+import time
 
 import numpy as np
 import pytest
@@ -243,6 +244,32 @@ def test_a_process_that_is_killed_at_any_step_leaves_a_complete_log(tones, step)
     assert labels(tones)["1_ball"] == ("bar" if step == "fsync" else "cube")
     relabel(tones, "prism")  # the lock of the killed process is free
     assert labels(tones)["1_ball"] == "prism"
+
+
+def test_each_decision_that_a_killed_process_reported_is_in_the_log(tones):
+    """The process reports each note after it is written, and is killed at any time."""
+    program = (
+        "import itertools, sys; from pathlib import Path; from ajgdata.paths import Paths\n"
+        "from ajgdata.pipeline.labelling import change_recording\n"
+        "for number in itertools.count():\n"
+        f"    change_recording(Paths(Path(sys.argv[1])), {NAME!r}, {BALL!r}, 'note',"
+        " value=str(number))\n"
+        "    print(number, flush=True)\n"
+    )
+    random = np.random.default_rng(0)
+    for _ in range(2):
+        log(tones).unlink(missing_ok=True)
+        command = [sys.executable, "-c", program, str(tones.root)]
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        reported = [process.stdout.readline().strip() for _ in range(int(random.integers(1, 40)))]
+        time.sleep(random.uniform(0, 0.01))
+        process.kill()
+        reported += process.communicate()[0].split()
+        notes = recording_state(tones, NAME, BALL).notes
+        assert list(notes[: len(reported)]) == reported
+        assert len(notes) <= len(reported) + 1  # the last one may be written, but not reported
+        change_recording(tones, NAME, BALL, "note", value="next")
+        assert recording_state(tones, NAME, BALL).notes == (*notes, "next")
 
 
 def test_a_full_disk_leaves_no_part_of_a_line(tones, monkeypatch):
