@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
 
@@ -38,6 +39,19 @@ def read_channel(path: Path, segment: Segment, number: int = 1) -> Channel:
     """Return a channel of a recording at the rate of its file; `number` counts from 1.
 
     Raises AudioError for a file that cannot be read or that lacks the channel.
+    """
+    state = None
+    if path.is_file():
+        stat = path.stat()
+        state = (stat.st_mtime_ns, stat.st_size)
+    return _read_channel(path, segment, number, state)
+
+
+@lru_cache(maxsize=2)
+def _read_channel(path: Path, segment: Segment, number: int, state: object) -> Channel:
+    """Return a channel of a file whose time of change and size are `state`.
+
+    The last channels stay in memory, because a browser requests a sound in several parts.
     """
     info = inspect_audio(path, segment)
     settings = AudioSettings(sample_rate_hz=info.sample_rate_hz, microphone=number)

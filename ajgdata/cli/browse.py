@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import threading
+import time
 import webbrowser
 from typing import Annotated
 
@@ -58,4 +58,5 @@ def browse(
         say(f"{shown} of [b]{escape(dataset)}[/b]: {escape(address)}")
         if opened:
             webbrowser.open(address)
-        threading.Event().wait()  # until Ctrl-C
+        while True:  # until Ctrl-C, which ends a sleep on every system
+            time.sleep(1)

@@ -80,6 +80,14 @@ def test_each_channel_is_played_alone_and_clipped(tmp_path):
         read_channel(tmp_path / "a.wav", WHOLE_FILE, 3)
 
 
+def test_a_changed_file_is_read_again(tmp_path):
+    write_tone(tmp_path / "a.wav", 500.0)
+    first = read_channel(tmp_path / "a.wav", WHOLE_FILE)
+    assert read_channel(tmp_path / "a.wav", WHOLE_FILE) is first
+    write_tone(tmp_path / "a.wav", 500.0, 3_000)
+    assert len(read_channel(tmp_path / "a.wav", WHOLE_FILE).samples) == 3_000
+
+
 def test_peak_level():
     assert level_dbfs(np.array([0.0, -0.1], np.float32)) == pytest.approx(-20, abs=1e-5)
     assert level_dbfs(np.zeros(3, np.float32)) is None
