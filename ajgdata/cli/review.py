@@ -12,6 +12,7 @@ from ajgdata.cli.completion import dataset_names
 from ajgdata.cli.console import AllOption, JsonOption, print_json, say
 from ajgdata.paths import find_project
 from ajgdata.types import DataError, DatasetSpec
+from ajgdata.types.browse_command import browse_command
 
 #: Number of recordings that are printed without `--all`.
 SHOWN = 10
@@ -62,6 +63,7 @@ def review(
     if n_more:
         say(f"and {n_more} more (--all shows them)")
     say(summary_line(result))
+    say(f"see and hear: {escape(browse_command(dataset, [], sort='-suspicion'))}")
 
 
 def label(

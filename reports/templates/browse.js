@@ -344,7 +344,7 @@ function showDecisions() {
   const readOnly = about.read_only || (token ? "" : "To decide, open the complete address that the terminal shows.");
   byId("decide").hidden = Boolean(readOnly) || !shown.state;
   byId("read-only").hidden = !readOnly;
-  byId("read-only").textContent = about.read_only ? `Labels: ${about.read_only}.` : readOnly;
+  byId("read-only").textContent = about.read_only ? `The data set ${about.read_only}.` : readOnly;
   byId("form").hidden = true;
   const changed = Object.entries(shown.state?.changed ?? {}).map(([column, text]) => `recordings.csv: ${column} ${text || "empty"}`);
   byId("history").replaceChildren(...[...(shown.state?.history ?? []), ...changed].map((text) => element("li", "", text)));
