@@ -45,7 +45,7 @@ test-cpus: $(VENV)/.test
 	  [ ! -d results/report ] || env $$variant $(BIN)/pytest -m artefact tests/artefacts || exit 1; \
 	done
 
-# Pages in a real browser: two small reports (results/report instead of the second if it exists), the dashboard; AJGDATA_SCREENSHOTS=1 writes the dashboard's pictures. Needs Debian's chromium and chromium-driver.
+# Pages in a real browser: two small reports (results/report instead of the second if it exists), the dashboard, the page of browse; AJGDATA_SCREENSHOTS=1 writes the dashboard's pictures. Needs Debian's chromium and chromium-driver.
 test-browser: $(VENV)/.test $(VENV)/.browser
 	AJGDATA_REQUIRE_BROWSER=1 $(BIN)/pytest -n 0 -m browser tests/browser
 
