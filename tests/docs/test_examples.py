@@ -372,13 +372,21 @@ def test_the_code_between_the_comments_is_replaced_and_nothing_else():
         examples.with_examples(old.replace("spectrum.py", "no_file.py"))
 
 
-def run_notebook(name: str) -> dict:
-    """Run the code cells of a notebook without stored output, and return its names."""
+def run_notebook(name: str, **settings: str) -> dict:
+    """Run the code cells of a notebook without stored output, and return its names.
+
+    `settings` replace the values of assignments, by name.
+    """
     cells = json.loads((FOLDER / f"{name}.ipynb").read_text(encoding="utf-8"))["cells"]
     programs = [cell for cell in cells if cell["cell_type"] == "code"]
     assert not any(cell["outputs"] or cell["execution_count"] for cell in programs)
     names: dict[str, object] = {}
-    exec("\n".join("".join(cell["source"]) for cell in programs), names)
+    code = "\n".join("".join(cell["source"]) for cell in programs)
+    for setting, value in settings.items():
+        line = f"{setting} = {value}"
+        code, count = re.subn(rf"^{setting} = .*$", lambda _, line=line: line, code, flags=re.M)
+        assert count == 1
+    exec(code, names)
     return names
 
 
@@ -428,6 +436,25 @@ def test_notebook_of_own_recordings(notebook_folder, players):
     assert [rate for _, rate in players] == [44_100, 44_100]
     for (samples, _), path in zip(players, (worst.path, example.path), strict=True):
         np.testing.assert_array_equal(samples, soundfile.read(path, dtype="float32")[0])
+
+
+def test_notebook_of_own_recordings_with_simple_names(notebook_folder, players, tmp_path):
+    """White and blue noise in one session: no split by session, and no wrong prediction."""
+    folder = tmp_path / "recordings"
+    folder.mkdir()
+    random = np.random.default_rng(0)
+    for number in range(12):
+        noise = 0.1 * random.normal(size=4_410)
+        label, samples = ("white", noise) if number < 6 else ("blue", np.diff(noise))
+        soundfile.write(folder / f"{number + 1}_{label}.wav", samples, 44_100)
+    names = run_notebook(
+        "own_recordings",
+        FOLDER=f"Path({str(folder)!r})",
+        PATTERN='r"(?P<grasp>\\d+)_(?P<label>[^/]+)\\.wav"',
+    )
+    assert list(names["results"]) == ["random (optimistic)", "held-out grasps"]
+    assert names["wrong"].empty and len(players) == 2
+    assert names["worst"].probability == names["predicted"].probability.min()
 
 
 def test_notebook_of_a_figure_of_a_paper(notebook_folder):
