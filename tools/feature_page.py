@@ -9,6 +9,7 @@ import json
 import math
 import re
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,8 +17,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy.stats import t as student
 
-from ajgdata.evaluate.fold_tests import SIGNIFICANCE_LEVEL, holm, paired_fold_test
-from ajgdata.evaluate.intervals import CONFIDENCE
+from ajgdata.evaluate.fold_tests import SIGNIFICANCE_LEVEL, corrected_deviation, holm
+from ajgdata.evaluate.intervals import ROUNDING
 from ajgdata.report.canvas import WIDTH_IN, encode, line_style, new_figure, styled
 from ajgdata.report.format import DASH, number, with_unit
 from ajgdata.store.files import write_if_changed
@@ -31,10 +32,13 @@ TITLE = "No feature is significantly better than the spectrum"
 #: The feature with which the others are compared.
 REFERENCE = "spectrum"
 FEATURES = (REFERENCE, "spectrogram", "mel", "transfer_function")
-#: An interval is narrow if it is below this share of the distance from chance to perfect.
-NARROW = 0.25
-#: Smallest number of data sets of an interval. That of two would be wider than all possible gains.
-LEAST_DATASETS = 3
+#: Models of each feature.
+MODELS = ("ridge", "knn_plain")
+#: Largest gain or loss without importance, as a share of the distance from chance to perfect.
+MARGIN = 0.125
+#: Smallest number of folds, or of data sets, of a test. An interval of two values would be wider
+#: than all possible gains.
+LEAST_VALUES = 3
 #: Labels of the predicted columns, with their unit.
 TARGETS = {
     ("active_rp", "label"): ("surface", "%"),
@@ -67,22 +71,37 @@ TEST_SETS = {
 }
 
 
+class Estimate(NamedTuple):
+    """Mean gain of a feature over the reference, before the correction for several tests.
+
+    The gain is a share of the distance from chance to perfect. The standard `deviation` of the mean
+    is NaN without a test.
+    """
+
+    gain: float
+    deviation: float
+    degrees: int  #: degrees of freedom of Student's t
+
+
 class Gain(NamedTuple):
-    """Gain of a feature over the reference, as a share of the distance from chance to perfect."""
+    """Gain of a feature over the reference, as a share of the distance from chance to perfect.
+
+    The interval and the p value are corrected for all tests of the table.
+    """
 
     gain: float
     low: float
     high: float
-    p: float  #: corrected for all tests of the table
+    p: float
 
     @property
     def verdict(self) -> str:
         """Return whether the feature is better or worse than the reference."""
+        if math.isnan(self.p):
+            return "equal" if self.gain == 0 else "no test"
         if self.p < SIGNIFICANCE_LEVEL:
             return "better" if self.gain > 0 else "worse"
-        if self.gain == 0 and math.isnan(self.p):
-            return "equal"
-        if self.low <= 0 <= self.high and self.high - self.low < NARROW:
+        if self.low > -MARGIN and self.high < MARGIN:
             return "no difference"
         return "inconclusive"
 
@@ -112,83 +131,111 @@ FAMILIES = tuple(
 )
 
 
-def distance(row: dict[str, Any]) -> float:
-    """Return the distance from the chance level to a perfect score."""
-    return abs(row["perfect"] - row["chance"])
-
-
 def skill(row: dict[str, Any], value: float) -> float:
     """Return a score on the axis from 0 (chance level) to 1 (perfect)."""
     return (value - row["chance"]) / (row["perfect"] - row["chance"])
 
 
-def fold_gains(scores: Sequence[dict[str, Any]]) -> dict[tuple[int, str], Gain]:
-    """Return the gain of each feature in each row of scores, with p values of Holm.
+def score(row: dict[str, Any], feature: str, model: str | None = None) -> float:
+    """Return the score of a feature with one model, or with both."""
+    values = row["features"][feature]
+    return values["value"] if model is None else values["per_model"][model]
 
-    A test compares the folds in pairs (`paired_fold_test`).
+
+def is_tested(row: dict[str, Any]) -> bool:
+    """Return whether the folds of a row of scores are tested.
+
+    Two folds are too few. The folds of another data set all predict the same recordings, but the
+    test assumes that each fold has its own recordings.
     """
-    tests = {}
+    folds = len(row["features"][REFERENCE]["per_fold"])
+    return not row["test_set"] and folds >= LEAST_VALUES
+
+
+def fold_gains(scores: Sequence[dict[str, Any]]) -> dict[tuple[int, str], Gain]:
+    """Return the gain of each feature in each tested row of scores, by index of the row.
+
+    A test compares the folds in pairs, with the deviation of Nadeau and Bengio.
+    """
+    estimates = {}
     for index, row in enumerate(scores):
+        if not is_tested(row):
+            continue
         reference = row["features"][REFERENCE]["per_fold"]
         for feature, values in row["features"].items():
             if feature != REFERENCE:
-                tests[index, feature] = paired_fold_test(
-                    reference, values["per_fold"], metric=row["metric"], paired=True
-                )
-    corrected = holm([test.p for test in tests.values()])
-    return {
-        key: Gain(*(part / distance(scores[key[0]]) for part in test[:3]), p)
-        for (key, test), p in zip(
-            ((key, (test.gain, test.low, test.high)) for key, test in tests.items()),
-            corrected,
-            strict=True,
-        )
-    }
+                gains = [
+                    skill(row, after) - skill(row, before)
+                    for before, after in zip(reference, values["per_fold"], strict=True)
+                ]
+                estimates[index, feature] = estimate(gains, 1 / (len(gains) - 1))
+    return dict(zip(estimates, corrected(list(estimates.values())), strict=True))
+
+
+def dataset_gains(
+    scores: Sequence[dict[str, Any]], family: Family, feature: str, model: str | None = None
+) -> list[float]:
+    """Return the gain of a feature on each data set of a family, with one model or with both.
+
+    The rows of a data set count as one.
+    """
+    by_dataset: dict[str, list[float]] = {}
+    for row in scores:
+        if family.has(row) and feature in row["features"]:
+            gain = skill(row, score(row, feature, model)) - skill(row, score(row, REFERENCE, model))
+            by_dataset.setdefault(row["dataset"], []).append(gain)
+    return [float(np.mean(gains)) for gains in by_dataset.values()]
 
 
 def family_gains(
     scores: Sequence[dict[str, Any]],
 ) -> dict[tuple[Family, str], tuple[int, Gain]]:
-    """Return the number of data sets, and the mean gain over them, of each family and feature.
-
-    The rows of a data set count as one. The interval is Student's t over data sets; with fewer than
-    `LEAST_DATASETS` there is none.
-    """
-    values: dict[tuple[Family, str], list[float]] = {}
-    for family in FAMILIES:
-        for feature in FEATURES[1:]:
-            by_dataset: dict[str, list[float]] = {}
-            for row in scores:
-                if family.has(row) and feature in row["features"]:
-                    gain = skill(row, row["features"][feature]["value"])
-                    gain -= skill(row, row["features"][REFERENCE]["value"])
-                    by_dataset.setdefault(row["dataset"], []).append(gain)
-            if len(by_dataset) > 1:
-                values[family, feature] = [float(np.mean(gains)) for gains in by_dataset.values()]
-    intervals = [mean_gain(gains) for gains in values.values()]
-    corrected = holm([gain.p for gain in intervals])
-    return {
-        key: (len(values[key]), gain._replace(p=p))
-        for key, gain, p in zip(values, intervals, corrected, strict=True)
+    """Return the number of data sets, and the mean gain over them, of each family and feature."""
+    values = {
+        (family, feature): dataset_gains(scores, family, feature)
+        for family in FAMILIES
+        for feature in FEATURES[1:]
     }
+    values = {key: gains for key, gains in values.items() if len(gains) > 1}
+    gains = corrected([estimate(gains) for gains in values.values()])
+    return {key: (len(values[key]), gain) for key, gain in zip(values, gains, strict=True)}
 
 
-def mean_gain(gains: Sequence[float]) -> Gain:
-    """Return the mean of gains (n,) with the interval and p value of Student's t.
+def estimate(gains: Sequence[float], test_share: float = 0.0) -> Estimate:
+    """Return the mean of gains (n,) with its standard deviation (see `corrected_deviation`).
 
-    >>> from tools.feature_page import mean_gain
-    >>> gain = mean_gain([0.1, 0.2, 0.3])  # 0.2 ± 4.30 * 0.1 / sqrt(3)
-    >>> f"{gain.low:.2f} {gain.high:.2f} {gain.p:.3f}"
-    '-0.05 0.45 0.074'
+    There is no deviation with fewer gains than `LEAST_VALUES`, or if all are equal.
     """
     count = len(gains)
     mean = float(np.mean(gains))
-    deviation = float(np.std(gains, ddof=1)) / math.sqrt(count)
-    if count < LEAST_DATASETS or deviation == 0:
-        return Gain(mean, math.nan, math.nan, math.nan)
-    reach = float(student.ppf((1 + CONFIDENCE) / 2, count - 1)) * deviation
-    p = float(2 * student.sf(abs(mean) / deviation, count - 1))
-    return Gain(mean, mean - reach, mean + reach, p)
+    if count < LEAST_VALUES or np.ptp(gains) <= ROUNDING:
+        return Estimate(mean, math.nan, count - 1)
+    deviation = corrected_deviation(float(np.var(gains, ddof=1)), count, test_share)
+    return Estimate(mean, deviation, count - 1)
+
+
+def corrected(estimates: Sequence[Estimate]) -> list[Gain]:
+    """Return gains with intervals and p values that are corrected for the number of tests.
+
+    The intervals are those of Bonferroni: all contain their true gain with a probability of 95 %.
+    The p values are those of Holm.
+
+    >>> from tools.feature_page import corrected, estimate
+    >>> (gain,) = corrected([estimate([0.1, 0.2, 0.3])])  # 0.2 ± 4.30 * 0.1 / sqrt(3)
+    >>> f"{gain.low:.2f} {gain.high:.2f} {gain.p:.3f}"
+    '-0.05 0.45 0.074'
+    >>> gain, _ = corrected([estimate([0.1, 0.2, 0.3])] * 2)  # 0.2 ± 6.21 * 0.1 / sqrt(3)
+    >>> f"{gain.low:.2f} {gain.high:.2f} {gain.p:.3f}"
+    '-0.16 0.56 0.148'
+    """
+    tests = sum(math.isfinite(part.deviation) for part in estimates)
+    p = holm([float(2 * student.sf(abs(e.gain) / e.deviation, e.degrees)) for e in estimates])
+    gains = []
+    for part, corrected_p in zip(estimates, p, strict=True):
+        tail = SIGNIFICANCE_LEVEL / 2 / max(tests, 1)
+        reach = float(student.ppf(1 - tail, part.degrees)) * part.deviation
+        gains.append(Gain(part.gain, part.gain - reach, part.gain + reach, corrected_p))
+    return gains
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
@@ -198,53 +245,90 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 
 def gain_text(gain: Gain) -> str:
-    """Return a gain with its interval, in hundredths of the distance from chance to perfect."""
-    ends = (number(100 * end, 2).replace("-", "−") for end in (gain.gain, gain.low, gain.high))
-    middle, low, high = ends
+    """Return a gain with its interval, in hundredths."""
     if math.isnan(gain.low):
-        return middle
-    return f"{middle} ({low} to {high})"
+        return hundredths(gain.gain)
+    return f"{hundredths(gain.gain)} ({hundredths(gain.low)} to {hundredths(gain.high)})"
+
+
+def hundredths(gain: float) -> str:
+    """Return a gain in hundredths of the distance from chance to perfect."""
+    return f"{round(100 * gain, 1) + 0.0:.1f}".replace("-", "−")  # + 0.0 removes the sign of -0.0
 
 
 def summary_table(results: dict[str, Any]) -> str:
-    """Return the mean gains over data sets."""
-    rows = [
-        (family.name, feature, str(count), gain_text(gain), number(gain.p, 2), gain.verdict)
-        for (family, feature), (count, gain) in family_gains(results["scores"]).items()
-    ]
-    head = ("held out", "feature", "data sets", "gain (95 % interval)", "p (Holm)", "verdict")
+    """Return the mean gains over data sets, of both models together and of each."""
+    scores = results["scores"]
+    rows = []
+    for (family, feature), (count, gain) in family_gains(scores).items():
+        per_model = [
+            hundredths(float(np.mean(dataset_gains(scores, family, feature, model))))
+            for model in MODELS
+        ]
+        cells = (str(count), *per_model, gain_text(gain), number(gain.p, 2), gain.verdict)
+        rows.append((family.name, feature, *cells))
+    models = [f"`{model}`" for model in MODELS]
+    head = ("held out", "feature", "data sets", *models, "both (interval)", "p (Holm)", "verdict")
     return table(head, rows)
 
 
 def score_table(results: dict[str, Any]) -> str:
-    """Return the scores of all features in each row."""
+    """Return the scores of all features in each row, of both models together."""
     gains = fold_gains(results["scores"])
     rows = []
     for index, row in enumerate(results["scores"]):
-        target, unit = TARGETS[row["dataset"], row["target"]]
-        scale = 100 if unit == "%" else 1
+        _, unit = TARGETS[row["dataset"], row["target"]]
         cells = []
         for feature in FEATURES:
             values = row["features"].get(feature)
             if values is None:
                 cells.append(DASH)
                 continue
-            text = with_unit(number(scale * values["value"]), unit)
+            text = score_text(values["value"], unit)
             if math.isfinite(values["low"]):
-                low, high = (number(scale * values[end]) for end in ("low", "high"))
+                low, high = (number(scale(unit) * values[end]) for end in ("low", "high"))
                 text += f" ({low} to {high})"
-            if feature != REFERENCE and gains[index, feature].verdict != "inconclusive":
-                text += f", {gains[index, feature].verdict}"
+            gain = gains.get((index, feature))
+            if gain is not None and gain.verdict != "inconclusive":
+                text += f", {gain.verdict}"
             cells.append(text)
-        name = f"{row['dataset']}, {target}"
-        if row["source"] == "simulated":
-            name += " (*simulated*)"
         held_out = held_out_text(row)
+        if not is_tested(row):
+            held_out += ", *no test*"
         counts = f"{row['recordings']}, {row['units']}"
-        chance = with_unit(number(scale * row["chance"]), unit)
-        rows.append((name, held_out, counts, chance, *cells))
+        rows.append((name_text(row), held_out, counts, score_text(row["chance"], unit), *cells))
     head = ("data set, target", "held out", "recordings, groups", "chance level", *FEATURES)
     return table(head, rows)
+
+
+def model_table(results: dict[str, Any], model: str) -> str:
+    """Return the scores of all features with one model."""
+    rows = []
+    for row in results["scores"]:
+        _, unit = TARGETS[row["dataset"], row["target"]]
+        cells = [
+            score_text(score(row, feature, model), unit) if feature in row["features"] else DASH
+            for feature in FEATURES
+        ]
+        rows.append((name_text(row), held_out_text(row), score_text(row["chance"], unit), *cells))
+    return table(("data set, target", "held out", "chance level", *FEATURES), rows)
+
+
+def name_text(row: dict[str, Any]) -> str:
+    """Return the data set and the target of a row of scores."""
+    target, _ = TARGETS[row["dataset"], row["target"]]
+    name = f"{row['dataset']}, {target}"
+    return f"{name} (*simulated*)" if row["source"] == "simulated" else name
+
+
+def score_text(value: float, unit: str) -> str:
+    """Return a score with its unit."""
+    return with_unit(number(scale(unit) * value), unit)
+
+
+def scale(unit: str) -> int:
+    """Return the factor from a score to its printed number."""
+    return 100 if unit == "%" else 1
 
 
 def cost_table(results: dict[str, Any]) -> str:
@@ -340,7 +424,12 @@ def held_out_text(row: dict[str, Any]) -> str:
     return HELD_OUT[row["held_out"]]
 
 
-TABLES = {"summary": summary_table, "scores": score_table, "costs": cost_table}
+TABLES = {
+    "summary": summary_table,
+    "scores": score_table,
+    **{model: partial(model_table, model=model) for model in MODELS},
+    "costs": cost_table,
+}
 
 
 def page_with_tables(text: str, results: dict[str, Any]) -> str:

@@ -89,14 +89,14 @@ def grasp_errors(
     array([5., 4.])
     """
     if predictions.y_true.dtype.kind in "US":
-        squared = (predictions.y_pred != predictions.y_true).astype(float)
+        errors = (predictions.y_pred != predictions.y_true).astype(float)
     else:
-        squared = np.square(wrapped(predictions.y_pred - predictions.y_true, period))
+        errors = np.square(wrapped(predictions.y_pred - predictions.y_true, period))
     member = np.unique(groups, return_inverse=True)[1][predictions.row]
     count = np.bincount(member)
     if not count.all() or len(count) < len(np.unique(groups)):
         raise ValueError("a grasp was predicted by no fold")
-    return np.bincount(member, squared) / count
+    return np.bincount(member, errors) / count
 
 
 class RobustScore(NamedTuple):
@@ -113,7 +113,7 @@ class RobustScore(NamedTuple):
     per_fit: np.ndarray
 
 
-def robust_score(squared: np.ndarray, kind: Kind = "regression", seed: int = 0) -> RobustScore:
+def robust_score(errors: np.ndarray, kind: Kind = "regression", seed: int = 0) -> RobustScore:
     """Return the RMSE, or accuracy, over fits from the errors (fits, grasps) of `grasp_errors`.
 
     >>> import numpy as np
@@ -126,16 +126,16 @@ def robust_score(squared: np.ndarray, kind: Kind = "regression", seed: int = 0) 
     def score(mean: np.ndarray) -> np.ndarray:
         return np.sqrt(mean) if kind == "regression" else 1 - mean
 
-    fits, grasps = squared.shape
+    fits, grasps = errors.shape
     generator = np.random.default_rng(seed)
     medians = np.empty(RESAMPLES)
     for n in range(RESAMPLES):
         drawn = np.bincount(generator.integers(grasps, size=grasps), minlength=grasps)
-        scores = score(squared @ drawn / grasps)
+        scores = score(errors @ drawn / grasps)
         medians[n] = np.median(scores[generator.integers(fits, size=fits)])
     tail = 100 * (1 - CONFIDENCE) / 2
     low, high = np.percentile(medians, (tail, 100 - tail))
-    per_fit = score(squared.mean(axis=1))
+    per_fit = score(errors.mean(axis=1))
     return RobustScore(float(np.median(per_fit)), float(low), float(high), per_fit)
 
 

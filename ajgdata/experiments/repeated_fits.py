@@ -32,7 +32,7 @@ def measure(inputs: Inputs, settings: RepeatedFitsSettings, model: str) -> Outco
     """Return the score of `model` on each data set: each fit, the median, and its interval."""
     own = inputs.data()
     tests = {name: inputs.data(name) for name in settings.test_on}
-    squared: dict[str, list[np.ndarray]] = {name: [] for name in tests}
+    errors: dict[str, list[np.ndarray]] = {name: [] for name in tests}
     chance: dict[str, list[float]] = {name: [] for name in tests}
     task = inputs.task_settings
     metric = METRICS[task.kind][0]
@@ -54,13 +54,13 @@ def measure(inputs: Inputs, settings: RepeatedFitsSettings, model: str) -> Outco
             seed=seed,
             period=task.period_deg,
         )
-        for name, rows in squared.items():
+        for name, rows in errors.items():
             predictions = result.extra_tests[name].predictions
             rows.append(grasp_errors(predictions, tests[name].group, task.period_deg))
             chance[name].append(result.extra_tests[name].scores.chance[metric])
     spent = time.process_time() - begun
     scores: list[ScoreRow] = []
-    for name, rows in squared.items():
+    for name, rows in errors.items():
         score = robust_score(np.array(rows), task.kind, inputs.seed)
         statistics = {
             **{f"fit {number}": value for number, value in enumerate(score.per_fit)},

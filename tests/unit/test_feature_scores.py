@@ -7,12 +7,13 @@ import pytest
 import soundfile as sf
 from scipy.signal import chirp
 
+from ajgdata.evaluate.fold_tests import paired_fold_test
 from ajgdata.paths import Paths
 from ajgdata.pipeline.importing import import_folder
 from ajgdata.types import ImportSettings
 from benchmarks import feature_scores
 from benchmarks.feature_scores import Evaluation, costs, evaluated, feature_table
-from tools.feature_page import Gain, cost_table, fold_gains, mean_gain, score_table
+from tools.feature_page import Gain, corrected, cost_table, estimate, fold_gains, score_table
 
 RATE_HZ = 44_100
 #: Samples of six complete windows of a spectrum, so that the reversed sound has the same windows.
@@ -47,9 +48,6 @@ def test_only_the_spectrogram_has_the_direction_of_a_tone(project, monkeypatch):
     assert row["features"]["spectrogram"]["value"] == 1.0
     for feature in ("spectrum", "mel"):  # a guess differs from 50 % by less than 3.5 deviations
         assert abs(row["features"][feature]["value"] - 0.5) < 3.5 * math.sqrt(0.25 / 20)
-    gain = fold_gains([row])[0, "spectrogram"]
-    half = 1 - row["features"]["spectrum"]["value"]
-    assert gain.gain == pytest.approx(half / 0.5)
 
 
 def test_a_spectrogram_is_as_long_as_the_shortest_recording(project):
@@ -63,17 +61,43 @@ def test_a_spectrogram_is_as_long_as_the_shortest_recording(project):
 
 @pytest.mark.parametrize("gains", [[0.25, 0.25, 0.25], [0.1, 0.4]], ids=["equal", "two"])
 def test_equal_gains_and_two_data_sets_have_no_test(gains):
-    gain = mean_gain(gains)
+    (gain,) = corrected([estimate(gains)])
     assert gain.gain == 0.25
     assert math.isnan(gain.p)
-    assert gain.verdict == "inconclusive"
+    assert gain.verdict == "no test"
 
 
-def test_a_narrow_interval_without_zero_is_no_equality():
-    assert Gain(0.05, -0.05, 0.15, 0.3).verdict == "no difference"
-    assert Gain(0.05, 0.01, 0.09, 0.3).verdict == "inconclusive"
+def test_no_difference_requires_the_whole_interval_inside_the_margin():
+    assert Gain(0.02, -0.08, 0.12, 0.3).verdict == "no difference"
+    assert Gain(0.05, -0.03, 0.13, 0.3).verdict == "inconclusive"
+    assert Gain(-0.05, -0.13, 0.03, 0.3).verdict == "inconclusive"
     assert Gain(0.05, 0.01, 0.09, 0.03).verdict == "better"
     assert Gain(-0.05, -0.09, -0.01, 0.03).verdict == "worse"
+
+
+def test_the_gain_over_folds_is_that_of_the_package():
+    before, after = [1.0, 1.2, 0.9, 1.1], [0.8, 1.1, 0.9, 0.7]
+    row = {"metric": "rmse", "chance": 5.0, "perfect": 0.0, "test_set": ""}
+    row["features"] = {"spectrum": {"per_fold": before}, "mel": {"per_fold": after}}
+    test = paired_fold_test(before, after, metric="rmse", paired=True)
+    gain = fold_gains([row])[0, "mel"]
+    expected = [test.gain / 5, test.low / 5, test.high / 5, test.p]
+    assert list(gain) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(
+    ("folds", "test_set"), [(2, ""), (5, "size_80dba")], ids=["two folds", "same recordings"]
+)
+def test_dependent_and_too_few_folds_have_no_test_and_do_not_count(folds, test_set):
+    values = [0.5, 0.7, 0.6, 0.8, 0.9]
+    row = {"chance": 0.0, "perfect": 1.0, "test_set": ""}
+    row["features"] = {"spectrum": {"per_fold": values}, "mel": {"per_fold": values[::-1]}}
+    untested = {**row, "test_set": test_set}
+    untested["features"] = {
+        "spectrum": {"per_fold": values[:folds]},
+        "mel": {"per_fold": values[:folds][::-1]},
+    }
+    assert fold_gains([row, untested]) == fold_gains([row])
 
 
 def test_tables_have_a_dash_for_a_feature_that_is_not_possible():
@@ -82,7 +106,7 @@ def test_tables_have_a_dash_for_a_feature_that_is_not_possible():
             "value": 0.8,
             "low": 0.7,
             "high": 0.9,
-            "per_fold": [0.7, 0.9],
+            "per_fold": [0.7, 0.8, 0.9],
             "train_cpu_s": seconds,
         }
         for name, seconds in (("spectrum", 1.0), ("spectrogram", 3.0))
