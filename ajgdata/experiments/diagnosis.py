@@ -31,14 +31,12 @@ ANSWERS: dict[DiagnosisVerdict, str] = {
     "unmeasured": "Unknown: all grasps are from one session.",
 }
 ADVICE: dict[DiagnosisVerdict, str] = {
-    "object": "Record more grasps of classes that the model confuses, and a third session to narrow"
-    " the interval.",
-    "placement": "Record more placements and sessions, not more grasps: use the plan below, on"
-    " another day.",
-    "nothing": "Check the recordings first (ajgdata check), and listen to them. Then record both"
-    " sounds of each class again with the same level.",
-    "inconclusive": "Record one more session: use the plan below, on another day.",
-    "unmeasured": "Record a second session on another day: use the plan below.",
+    "object": "Record more grasps of labels that the model confuses.",
+    "placement": "Record more placements and sessions, not more grasps.",
+    "nothing": "Check the recordings first (ajgdata check), and listen to them. Then record a new"
+    " session.",
+    "inconclusive": "Record a new session on another day.",
+    "unmeasured": "Record a second session on another day.",
 }
 CAPTION = (
     "Scores with 95 % intervals over grasps. Known sessions: other grasps of the same sessions are"
@@ -75,6 +73,13 @@ def diagnosis(results: TaskResults, link: Callable[[str], str]) -> Diagnosis:
     name = f"{results.dataset}--{results.task}--diagnosis"
     sounds, sounds_text = _sounds(model, link)
     plan = _plan(results, model)
+    advice = ADVICE[verdict]
+    if verdict == "object" and n_sessions < ENOUGH_SESSIONS:
+        advice += " Record a new session, too: with five or more, the answer is not preliminary."
+    if plan:
+        advice += " The plan of the next session is below."
+    elif verdict != "nothing":
+        advice += " In a session, place each object twice, in random order."
     columns = {"step": "Step", "label": "Object", "placement": "Placement", "grasps": "Grasps"}
     return Diagnosis(
         title=results.title,
@@ -84,7 +89,7 @@ def diagnosis(results: TaskResults, link: Callable[[str], str]) -> Diagnosis:
         figure=_figure(name, model, answer),
         sounds=sounds,
         sounds_text=sounds_text,
-        advice=ADVICE[verdict],
+        advice=advice,
         plan=plan,
         plan_table=table_of(
             f"next-session--{results.dataset}--{results.task}",

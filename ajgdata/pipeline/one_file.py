@@ -45,8 +45,8 @@ def write_one_file(paths: Paths, file: Path) -> WrittenReport:
         path = folder / unquote(link)
         return _data_uri(MEDIA_TYPES[path.suffix], path.read_bytes())
 
-    without_sounds = one_file(pages, image, sound=lambda link: None)
-    remaining = MAX_BYTES - len(without_sounds.html.encode())
+    empty_players = one_file(pages, image, sound=lambda link: "")
+    remaining = MAX_BYTES - len(empty_players.html.encode())
     sounds: dict[str, str | None] = {}
 
     def sound(link: str) -> str | None:

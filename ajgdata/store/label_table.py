@@ -70,7 +70,7 @@ def read_label_table(path: Path, columns: Collection[str]) -> LabelTable:
     doubled = [name for name in names if names.count(name) > 1]
     if doubled:
         problem = f"needs one name per column; {doubled.count(doubled[0])} are {doubled[0]!r}"
-        raise DataError(path, problem, "rename all but one in the header")
+        raise DataError(path, problem, f"rename all but one, with {DELIMITERS[delimiter]}")
     if not names:
         problem = f"needs one name per column; its header is {header}"
         raise DataError(path, problem, f"correct the header, with {DELIMITERS[delimiter]}")

@@ -1,11 +1,13 @@
 "use strict";
 // Tables of the report sort and filter. Every page is complete without this script.
 
-// Return the number in a cell, or its text: "76.6 % (71.7 to 81)" has the number 76.6.
+// Return the number in a cell of numbers, "76.6 % (71.7 to 81)" has the number 76.6, or the text.
 function value(row, column) {
   const cell = row.cells[column];
-  const text = cell ? cell.textContent.trim().replace(/,(?=\d{3})/g, "") : "";
-  const number = parseFloat(text.replace("−", "-"));
+  if (!cell) return "";
+  const text = cell.textContent.trim();
+  if (!cell.classList.contains("number")) return text.toLowerCase();
+  const number = parseFloat(text.replace(/,(?=\d{3})/g, "").replace("−", "-"));
   return Number.isNaN(number) ? text.toLowerCase() : number;
 }
 

@@ -215,7 +215,8 @@ def test_more_than_80_per_cent_is_lost_if_the_interval_of_coffee_is_beyond(ends,
     assert (steel.label, steel.value) == ("steel balls", "50 (40 to 60) %")
     (row,) = load_experiment("reflected_energy").paper_comparison(results, nothing)
     low, high = (round(100 - 100 * end) for end in reversed(ends))
-    lost = f"lost: coffee 90 % ({low} to {high}), steel_balls 50 % (40 to 60)"
+    values = "energy lost: coffee 90 %, steel_balls 50 %"
+    lost = f"{values}; 95 % intervals: coffee {low} to {high} %, steel_balls 40 to 60 %"
     assert (row.result, row.agrees) == (lost, verdict)
 
 

@@ -92,6 +92,18 @@ def test_the_contained_sound_is_the_segment_of_its_link(project, tmp_path):
     assert np.argmax(spectrum) * rate / len(samples) == pytest.approx(1000, abs=5)
 
 
+def test_players_count_for_the_limit(project, tmp_path, monkeypatch):
+    """The second sound does not fit, because the first one has a player as well."""
+    empty = one_file(PAGES, lambda link: f"data:{link}", lambda link: "")
+    joined = one_file(PAGES, lambda link: f"data:{link}", lambda link: None)
+    assert len(empty.html) > len(joined.html)
+    written.write_one_file(Paths(project), tmp_path / "sent.html")
+    size = (tmp_path / "sent.html").stat().st_size
+    monkeypatch.setattr(written, "MAX_BYTES", size)
+    result = written.write_one_file(Paths(project), tmp_path / "again.html")
+    assert result.n_sounds == 0 and result.n_bytes <= size
+
+
 def test_sounds_that_make_the_file_too_large_are_omitted(project, tmp_path, monkeypatch):
     monkeypatch.setattr(written, "MAX_BYTES", 5_000)
     result = written.write_one_file(Paths(project), tmp_path / "sent.html")
