@@ -44,9 +44,13 @@ async function request(path, parameters = {}) {
   return answer.json();
 }
 
-function report(error) {
-  byId("problem").textContent = error ? error.message : "";
-  byId("problem").hidden = !error;
+// Shows a problem until the next step of the same kind: a filter, a decision, or another request.
+function report(error, kind = "request") {
+  const place = byId("problem");
+  if (!error && place.dataset.kind !== kind) return;
+  place.textContent = error ? error.message : "";
+  place.dataset.kind = kind;
+  place.hidden = !error;
 }
 
 function remember() {
@@ -65,12 +69,12 @@ async function loadTable() {
     table = await request("table", { filter: state.filter, sort: state.sort });
   } catch (error) {
     byId("filter").setAttribute("aria-invalid", "true");
-    report(error);
+    report(error, "filter");
     return;
   }
   if (turn !== latest) return;  // a later filter has been typed
   byId("filter").removeAttribute("aria-invalid");
-  report(null);
+  report(null, "filter");
   order = table.order;
   columns = table.columns;
   forget(table.version);
@@ -221,6 +225,7 @@ async function open(name, turn = ++pending, channel = "") {
     const content = await request("recording", { recording: name, channel });
     if (turn !== pending) return;  // another recording has been selected
     shown = content;
+    report(null);
     selected = content.number;
     state.recording = name;
     remember();
@@ -345,7 +350,7 @@ function showDecisions() {
   byId("decide").hidden = Boolean(readOnly) || !shown.state;
   byId("read-only").hidden = !readOnly;
   byId("read-only").textContent = about.read_only ? `The data set ${about.read_only}.` : readOnly;
-  byId("form").hidden = true;
+  if (askedAbout !== shown.name) byId("form").hidden = true;  // a form that a person has opened meanwhile stays
   const changed = Object.entries(shown.state?.changed ?? {}).map(([column, text]) => `recordings.csv: ${column} ${text || "empty"}`);
   byId("history").replaceChildren(...[...(shown.state?.history ?? []), ...changed].map((text) => element("li", "", text)));
 }
@@ -357,11 +362,13 @@ const FORMS = {
   note: { title: "Note", fields: ["value"], value: "Text" },
 };
 let asked = "";
+let askedAbout = "";
 
 function decide(action) {
   if (byId("decide").hidden) return;
   if (!FORMS[action]) { send({ action }); return; }
   asked = action;
+  askedAbout = shown.name;
   const { title, fields, value } = FORMS[action];
   byId("form-title").textContent = title;
   for (const field of ["column", "value", "reason"]) {
@@ -396,15 +403,16 @@ async function send(decision) {
   try {
     answer = await fetch("change", { method: "POST", body, headers: { "X-Ajgdata-Token": token } });
   } catch {
-    report(new Error("The decision was not saved: the server does not answer."));
+    report(new Error("The decision was not saved: the server does not answer."), "decision");
     return;
   }
   const text = await answer.text();
   if (!answer.ok) {
-    report(new Error(`The decision was not saved: ${text}.`));
+    report(new Error(`The decision was not saved: ${text}.`), "decision");
     if (answer.status === 409) await open(name);  // shows what the other person decided
     return;
   }
+  report(null, "decision");
   closeForm();
   about = await request("about");
   await loadTable();

@@ -279,9 +279,10 @@ def test_keys_decide_and_a_second_page_sees_it(browser, own_project):
         page.keys("l", HOSTILE, "\ue004", "misread", ENTER)
         page.wait("return document.getElementById('count').textContent.startsWith('1 of')")
         page.shows("s1/r00004")  # the corrected recording is right now, so the next one is selected
-        assert page.text("decided").startswith("saved: r00002, label by ")
+        saved = "document.getElementById('decided').textContent"
+        page.wait(f"return {saved}.startsWith('saved: r00002, label by ')")
         page.keys("r", "door slammed", ENTER)
-        page.wait("return document.getElementById('summary').textContent.includes('reject')")
+        page.wait(f"return {saved}.startsWith('saved: r00004, reject by ')")
         page.keys("n", "heard <twice>", ENTER)
         page.wait("return document.getElementById('history').children.length === 3")
         assert "heard <twice>" in page.text("history")
