@@ -40,8 +40,10 @@ ADVICE: dict[DiagnosisVerdict, str] = {
 }
 CAPTION = (
     "Scores with 95 % intervals over grasps. Known sessions: other grasps of the same sessions are"
-    " in the training data. New sessions: the complete session is held out. Placebo: one object"
-    " under the names of all classes, which shows the real chance level. Dotted: nominal chance."
+    " in the training data. New sessions: the complete session is held out. Dotted: nominal chance."
+)
+PLACEBO_CAPTION = (
+    " Placebo: one object under the names of all classes, which shows the real chance level."
 )
 
 
@@ -152,7 +154,8 @@ def _figure(name: str, model: ModelResult, title: str) -> Illustration:
         limits=(0.0, 100.0) if is_share else (0.0, float("inf")),
     )
     listed = "; ".join(f"{point.x}: {number(point.score.mean, 3)}" for point in points)
-    caption = Caption(CAPTION, f"{title} {listed}.")
+    text = CAPTION if scores["placebo"] is None else CAPTION + PLACEBO_CAPTION
+    caption = Caption(text, f"{title} {listed}.")
     return Illustration(name, caption, partial(draw, "rows", content), content.title)
 
 

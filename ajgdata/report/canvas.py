@@ -22,7 +22,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
 
 from ajgdata.paths import FIGURE_FORMATS
-from ajgdata.report.format import Source, sentence, value
+from ajgdata.report.format import NO_BREAK, Source, sentence, value
 from ajgdata.report.report_data import Illustration
 from ajgdata.store.files import write_bytes
 
@@ -51,7 +51,6 @@ SUBTITLE_LETTERS_PER_IN = 13.0
 HEAD_IN = 0.53
 #: Distance of two badges.
 BADGE_IN = 0.88
-NO_BREAK = "\N{NO-BREAK SPACE}"
 
 STYLE: dict[str, Any] = {
     "axes.axisbelow": True,

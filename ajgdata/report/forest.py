@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from ajgdata.evaluate.agreement import PaperVerdict
 from ajgdata.report.comparison import SIGNS, Mark, PaperComparison, Role
-from ajgdata.report.format import Source, number, with_unit
+from ajgdata.report.format import NO_BREAK, Source, number, with_unit
 from ajgdata.report.navigation import experiment_link
 from ajgdata.report.report_data import TaskSection
 
@@ -223,13 +223,15 @@ def model_rows(sections: Sequence[TaskSection], *, with_badges: bool) -> list[Fo
 def controls_text(marks: Mapping[Role, Mark], unit: str) -> str:
     """Return the values in held-out sessions and of the placebo; "" without both.
 
+    A no-break space keeps a value and its unit in one line.
+
     >>> from ajgdata.report.comparison import Mark
     >>> controls_text({"sessions": Mark("sessions", 61.94, 50, 70)}, "%")
-    'held-out sessions 61.9 %'
+    'held-out sessions 61.9\\xa0%'
     """
     names: dict[Role, str] = {"sessions": "held-out sessions", "placebo": "placebo"}
     return ", ".join(
-        f"{name} {with_unit(number(marks[role].value), unit)}"
+        f"{name} {with_unit(number(marks[role].value), unit).replace(' ', NO_BREAK)}"
         for role, name in names.items()
         if role in marks
     )

@@ -10,6 +10,7 @@ Source = Literal["simulated", "recorded"]
 #: Points that an alternative text lists.
 MAX_LISTED = 60
 DASH = "—"
+NO_BREAK = "\N{NO-BREAK SPACE}"
 
 
 class Score(NamedTuple):
