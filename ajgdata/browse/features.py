@@ -140,7 +140,7 @@ def novelty(points: np.ndarray, grasps: Iterable[str]) -> np.ndarray:
     """Return the novelty (n,) of points (n, d): the distance to the nearest recording of another
     grasp, divided by its median over all points.
 
-    The novelty of a usual recording is 1. RecordingTable are compared with up to MAX_FITTED others.
+    The novelty of a usual recording is 1. Each recording is compared with up to MAX_FITTED others.
     NaN if there is only one grasp.
 
     >>> import numpy as np

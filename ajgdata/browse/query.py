@@ -3,19 +3,19 @@
 A filter is a list of words, separated by spaces; a recording must match all of them:
 
 - `label=wood`: the cell is this text or number; `label=` matches empty cells
-- `label!=wood`: the cell is another one; `note!=` matches cells that are not empty
+- `label!=wood`: the cell is another one; `notes!=` matches cells that are not empty
 - `confidence>0.9`, also `<`, `>=` and `<=`: numbers
 - `object~ball`: the cell contains this text
 - `ball`: any cell of text contains this text
 
-Upper and lower case are equal. Quotes keep a text with spaces together: `label="foam brick"`. An
+Upper and lower case are equal. Quotes keep a text or a name with spaces together:
+`label="foam brick"`, `"mass g">3`. In quotes, a doubled quote is a quote: `label="5"" disk"`. An
 order is the name of a column; `-confidence` is the order from the largest to the smallest.
 """
 
 from __future__ import annotations
 
 import re
-import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -28,8 +28,13 @@ from ajgdata.types import DataError
 #: Where errors of a filter and of an order are.
 FILTER = "--filter"
 SORT = "--sort"
-_WORD = re.compile(
-    r"(?P<column>[A-Za-z_][\w.-]*?)(?P<operator>!=|<=|>=|=|<|>|~)(?P<value>.*)", re.S
+#: A text in quotes. The repetitions do not backtrack, so that the time is linear.
+_QUOTED = re.compile(r'"((?:[^"]|"")*+)"')
+_WORD = re.compile(rf'(?:{_QUOTED.pattern}|[^\s"])++')
+_CONDITION = re.compile(
+    rf'(?P<column>(?:{_QUOTED.pattern}|[^\s"!<>=~])++)'
+    r"(?P<operator>!=|<=|>=|=|<|>|~)(?P<value>.*)",
+    re.S,
 )
 _COMPARISONS: dict[str, Callable[[np.ndarray, float], np.ndarray]] = {
     "<": np.less,
@@ -133,21 +138,23 @@ def parse_filter(text: str) -> list[Condition]:
     [Condition(column='label', operator='=', value='wood'), Condition(column='confidence', \
 operator='>', value='0.9')]
     """
-    splitter = shlex.shlex(text, posix=True, punctuation_chars=False)
-    splitter.whitespace_split = True
-    splitter.commenters = ""
-    splitter.escape = ""
-    splitter.quotes = '"'
-    try:
-        words = list(splitter)
-    except ValueError:
-        problem = "a quote has no end"
-        raise DataError(FILTER, problem, 'write texts with spaces as label="foam brick"') from None
+    if text.count('"') % 2:
+        fix = 'write texts with spaces as label="foam brick", and a quote in them as ""'
+        raise DataError(FILTER, "a quote has no end", fix)
     conditions = []
-    for word in words:
-        match = _WORD.fullmatch(word)
-        conditions.append(Condition(**match.groupdict()) if match else Condition("", "~", word))
+    for word in _WORD.finditer(text):
+        match = _CONDITION.fullmatch(word[0])
+        if match is None:
+            conditions.append(Condition("", "~", _unquoted(word[0])))
+        else:
+            column = _unquoted(match["column"])
+            conditions.append(Condition(column, match["operator"], _unquoted(match["value"])))
     return conditions
+
+
+def _unquoted(text: str) -> str:
+    """Return a text without the quotes around its parts."""
+    return _QUOTED.sub(lambda quoted: quoted[1].replace('""', '"'), text)
 
 
 def matching(columns: Mapping[str, Column], text: str, count: int) -> np.ndarray:

@@ -35,6 +35,7 @@ from ajgdata.types import (
 #: Largest number of recordings that are checked if no run has listed their issues.
 MAX_CHECKED = 2_000
 _NO_WAVEFORM = "the data set is a table of features without recordings"
+_CHANGED_TABLES = "tables changed after the check; start the command again to check them"
 #: Files of a session whose change is seen at the next look at the page.
 _TABLES = (RECORDINGS_FILE, SESSION_FILE, CHANGES_FILE)
 
@@ -121,7 +122,8 @@ class TableReader:
         self._spec = spec
         self._is_checked = check
         self._sessions: dict[str, tuple[object, SessionRows]] = {}
-        self._checked: list[Finding] | None = None
+        self._checked_tables: object = None
+        self._checked: list[Finding] = []
 
     def state(self) -> object:
         """Return a value that differs after a change of a table or of the issues."""
@@ -150,16 +152,24 @@ class TableReader:
     def _issues(self, sessions: Mapping[str, SessionRows], count: int) -> tuple[list[Finding], str]:
         """Return the issues of the last run, else those of a check, and why there are none.
 
-        Without both, a missing file is the only issue of a sound.
+        A check is repeated after a change of a table, but not after a decision, because it takes
+        long. Without run and check, a missing file is the only issue of a sound.
         """
         quarantine = self._paths.quarantine(self._spec.name)
         own = [issue for session in sessions.values() for issue in session.issues]
         if not self._is_checked and quarantine.is_file():
             return [*own, *read_findings(quarantine)], ""
         if self._is_checked or count <= MAX_CHECKED:
-            if self._checked is None:
+            files = (RECORDINGS_FILE, SESSION_FILE)
+            tables = {name: _state(self._folder(name), files) for name in sessions}
+            is_first = self._checked_tables is None
+            if is_first or (self._checked_tables != tables and count <= MAX_CHECKED):
                 _, self._checked = validate_dataset(self._paths, self._spec.name)
-            return self._checked, ""
+                self._checked_tables = tables
+            changed = "" if self._checked_tables == tables else _CHANGED_TABLES
+            checked = {(i.session_id, i.recording_id, i.code) for i in self._checked}
+            later = [i for i in own if (i.session_id, i.recording_id, i.code) not in checked]
+            return [*later, *self._checked], changed
         missing = [
             Finding(
                 name,

@@ -65,8 +65,8 @@ def wav_bytes(channel: Channel) -> bytes:
 
 
 def level_dbfs(samples: Float32) -> float | None:
-    """Return the peak level of samples (n,) in dB of full scale; None for silence."""
-    peak = float(np.abs(np.nan_to_num(samples)).max())
+    """Return the peak level of samples (n,) in dB of full scale; None for silence or no samples."""
+    peak = float(np.abs(np.nan_to_num(samples)).max(initial=0))
     return 20 * float(np.log10(peak)) if peak else None
 
 
@@ -78,6 +78,8 @@ def peaks(samples: Float32, count: int = PEAKS) -> np.ndarray:
     >>> peaks(np.array([0, 1, -1, 0.5], np.float32), count=2).tolist()
     [[0.0, -1.0], [1.0, 0.5]]
     """
+    if not len(samples):
+        return np.empty((2, 0))
     samples = np.nan_to_num(samples)
     starts = np.unique(np.linspace(0, len(samples), count, endpoint=False).astype(int))
     return np.stack([np.minimum.reduceat(samples, starts), np.maximum.reduceat(samples, starts)])

@@ -165,8 +165,16 @@ class View:
 
         FEATURE_COLUMNS and SUSPICION take time: they are empty before they are first `used`.
         """
+        return self._columns(self.snapshot(), choice, plane, used)
+
+    def _columns(
+        self, snapshot: Snapshot, choice: str, plane: str, used: Collection[str] = ()
+    ) -> Mapping[str, Column]:
+        """Return all columns of a snapshot, as `columns` does.
+
+        A request uses one snapshot, because the numbers of recordings can differ in the next one.
+        """
         with self._lock:
-            snapshot = self.snapshot()
             chosen = self._choice(choice)
             if chosen.name not in snapshot.columns:
                 predictions = _NO_PREDICTIONS
@@ -299,8 +307,8 @@ class View:
         Raises DataError for a filter or an order that is wrong.
         """
         used = {condition.column for condition in parse_filter(text)} | {sort.removeprefix("-")}
-        columns = self.columns(choice, plane, used)
         snapshot = self.snapshot()
+        columns = self._columns(snapshot, choice, plane, used)
         count = len(snapshot.recordings.names)
         rows = np.flatnonzero(matching(columns, text, count))
         return {
@@ -321,8 +329,8 @@ class View:
 
     def rows(self, choice: str, plane: str, numbers: list[int]) -> dict[str, Any]:
         """Return the cells of recordings by number; unknown numbers are omitted."""
-        columns = self.columns(choice, plane)
         snapshot = self.snapshot()
+        columns = self._columns(snapshot, choice, plane)
         known = [number for number in numbers if 0 <= number < len(snapshot.recordings.names)]
         return {
             "version": snapshot.version,
@@ -339,8 +347,8 @@ class View:
     def points(self, choice: str, plane: str) -> dict[str, Any]:
         """Return the coordinates of all recordings in a plane, null without coordinates, and the
         number of their class."""
-        columns = self.columns(choice, plane, FEATURE_COLUMNS)
         snapshot = self.snapshot()
+        columns = self._columns(snapshot, choice, plane, FEATURE_COLUMNS)
         if "x" not in columns:
             return {"version": snapshot.version, "x": [], "y": [], "classes": [], "class": []}
         labels = label_texts(snapshot.recordings, self._choice(choice).task)
@@ -358,6 +366,8 @@ class View:
 
         A sound that cannot be read is null, and `problem` has the reason.
         """
+        # A decision between state and snapshot is a conflict; the other order would hide it.
+        state = self._state(name)
         snapshot = self.snapshot()
         number = self._number(snapshot, name)
         session = name.partition("/")[0]
@@ -375,12 +385,12 @@ class View:
                 if issue.session_id in (session, WHOLE)
             ],
             "session": _about_session(session, about),
-            "state": self._state(name),
+            "state": state,
             "target": target_of(self.spec, self._choice(choice).task)[0],
             "reasons": self._reasons(name),
             "sound": None,
             "problem": "",
-            **self._row(snapshot, self.columns(choice, plane), number),
+            **self._row(snapshot, self._columns(snapshot, choice, plane), number),
         }
         if recordings.sounds[number].path is None:
             content["problem"] = recordings.sounds[number].without

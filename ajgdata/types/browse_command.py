@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 from ajgdata.types.shell import shell_command
+
+#: Names and values that a filter can have without quotes.
+_PLAIN_NAME = re.compile(r'[^\s"!<>=~]+')
+_PLAIN_VALUE = re.compile(r'[^\s"]+')
 
 
 def filter_word(column: str, value: str) -> str:
@@ -12,9 +17,16 @@ def filter_word(column: str, value: str) -> str:
 
     >>> filter_word("label", "foam brick")
     'label="foam brick"'
+    >>> filter_word("mass g", '5" disk')
+    '"mass g"="5"" disk"'
     """
-    has_space = not value or any(character.isspace() for character in value)
-    return f'{column}="{value}"' if has_space else f"{column}={value}"
+    name = column if _PLAIN_NAME.fullmatch(column) else _quoted(column)
+    return f"{name}={value if _PLAIN_VALUE.fullmatch(value) else _quoted(value)}"
+
+
+def _quoted(text: str) -> str:
+    """Return a text in quotes, with each quote in it doubled."""
+    return '"' + text.replace('"', '""') + '"'
 
 
 def browse_command(

@@ -212,6 +212,8 @@ function reveal() {
 let pending = 0;
 async function select(number) {
   selected = number;
+  if (shown?.number !== number) byId("form").hidden = true;  // it is about another recording
+  showDecidable();
   reveal();
   showRows();
   const turn = ++pending;
@@ -232,6 +234,7 @@ async function open(name, turn = ++pending, channel = "") {
     reveal();
     showRows();
     showDetail();
+    showDecidable();
     showScatter();
     if (byId("auto").checked) play(byId("audio"));
   } catch (error) {
@@ -363,9 +366,17 @@ const FORMS = {
 };
 let asked = "";
 let askedAbout = "";
+let isSending = false;
+
+// A decision is about the recording that a person sees, so it waits for the details of the selected one.
+const isDecidable = () => shown?.number === selected && !isSending;
+
+function showDecidable() {
+  for (const button of byId("decide").querySelectorAll("button")) button.disabled = !isDecidable();
+}
 
 function decide(action) {
-  if (byId("decide").hidden) return;
+  if (byId("decide").hidden || !isDecidable()) return;
   if (!FORMS[action]) { send({ action }); return; }
   asked = action;
   askedAbout = shown.name;
@@ -396,8 +407,25 @@ function closeForm() {
 }
 
 async function send(decision) {
-  const place = order.indexOf(selected);
-  const name = shown.name;
+  if (!isDecidable()) return;
+  isSending = true;
+  showDecidable();
+  try {
+    await sendDecision(decision);
+  } catch (error) {
+    report(error);
+  } finally {
+    isSending = false;
+    showDecidable();
+  }
+}
+
+// Decisions after which a recording is no longer in the review list.
+const REVIEWED = ["ok", "reject", "label"];
+async function sendDecision(decision) {
+  const { name, number } = shown;
+  const place = order.indexOf(number);
+  const turn = pending;
   const body = JSON.stringify({ recording: name, version: shown.state.version, ...decision });
   let answer;
   try {
@@ -409,15 +437,18 @@ async function send(decision) {
   const text = await answer.text();
   if (!answer.ok) {
     report(new Error(`The decision was not saved: ${text}.`), "decision");
-    if (answer.status === 409) await open(name);  // shows what the other person decided
+    if (answer.status === 409 && turn === pending) await open(name);  // shows what the other person decided
     return;
   }
   report(null, "decision");
   closeForm();
   about = await request("about");
   await loadTable();
-  if (order.includes(selected) || !order.length) await open(name);
-  else await select(order[Math.min(Math.max(place, 0), order.length - 1)]);
+  const isNext = state.sort === "-suspicion" && REVIEWED.includes(decision.action);
+  if (turn === pending) {  // no other recording has been selected meanwhile
+    if (!order.length || (order.includes(number) && !isNext)) await open(name);
+    else await select(order[Math.min(Math.max(place, 0), order.length - 1)]);
+  }
   byId("decided").textContent = `saved: ${name.slice(name.indexOf("/") + 1)}, ${text}`;
   loadPoints();
 }
@@ -477,7 +508,7 @@ function boxFilter() {
   const [left, bottom] = coordinatesAt(byId("scatter"), points, box.x, box.y + box.height);
   const [right, top] = coordinatesAt(byId("scatter"), points, box.x + box.width, box.y);
   const words = [`x>=${left.toPrecision(4)}`, `x<=${right.toPrecision(4)}`, `y>=${bottom.toPrecision(4)}`, `y<=${top.toPrecision(4)}`];
-  const kept = state.filter.split(/\s+/).filter((word) => word && !/^[xy][<>]=/.test(word));
+  const kept = filterWords().filter((word) => !/^[xy][<>]=/.test(word));
   setFilter([...kept, ...words].join(" "));
 }
 
@@ -492,7 +523,7 @@ function setFilter(text) {
 
 // Buttons that add a word to the filter or remove it.
 const TOGGLES = { wrong: "wrong=yes", issues: "issue!=" };
-const filterWords = () => state.filter.split(/\s+/).filter(Boolean);
+const filterWords = () => state.filter.match(/("[^"]*"|[^\s"])+/g) ?? [];  // as the server splits it
 function toggle(word) {
   const words = filterWords();
   setFilter((words.includes(word) ? words.filter((other) => other !== word) : [...words, word]).join(" "));

@@ -302,6 +302,58 @@ def test_keys_decide_and_a_second_page_sees_it(browser, own_project):
     assert [columns[name].cell(4) for name in ("quality", "decision", "notes")] == ["ok", "", ""]
 
 
+def decisions(paths):
+    """The decisions of all recordings that have one, by name."""
+    columns = View(paths, NAME).columns("", "")
+    names = columns["recording"].texts
+    pairs = zip(names, columns["decision"].texts, strict=True)
+    return {name: decision for name, decision in pairs if decision}
+
+
+# Answers about a recording come late.
+SLOW = """
+const original = window.fetch;
+window.fetch = async (...given) => {
+  if (String(given[0]).startsWith("recording")) await new Promise(done => setTimeout(done, 600));
+  return original(...given);
+};
+"""
+DISABLED = "return document.querySelector('[data-action=ok]').disabled"
+
+
+def test_a_key_decides_only_about_the_shown_recording(browser, own_project):
+    with browsing(View(own_project, NAME)) as address:
+        page = Page(browser).open(address)
+        page.shows("s1/r00000")
+        page.browser.run(SLOW)
+        page.keys("j", "o")
+        assert page.browser.run(DISABLED)
+        page.shows("s1/r00001")
+        assert decisions(own_project) == {}
+        page.wait(f"{DISABLED} === false")
+        page.keys("o")
+        page.wait("return document.getElementById('decided').textContent")
+        assert decisions(own_project) == {"s1/r00001": "ok"}
+        browser.driver.get("about:blank")
+
+
+def test_a_review_continues_at_the_place_of_the_decided_recording(browser, own_project):
+    with browsing(View(own_project, NAME), sort="-suspicion") as address:
+        page = Page(browser).open(address)
+        page.shows("s1/r00002")
+        following = [f"s1/{row[0]}" for row in page.rows()[1:4]]
+        page.keys("o")
+        page.shows(following[0])
+        page.wait("return document.getElementById('decided').textContent")
+        page.keys("j", "k")
+        page.shows(following[0])
+        page.wait(f"{DISABLED} === false")
+        page.keys("r", "noise", ENTER)
+        page.shows(following[1])
+        assert decisions(own_project) == {"s1/r00002": "ok", following[0]: "reject"}
+        browser.driver.get("about:blank")
+
+
 def test_escape_leaves_the_form_and_changes_nothing(page):
     page.keys("r")
     page.wait("return document.activeElement.id === 'reason'")

@@ -20,6 +20,8 @@ COLUMNS = {
     "label": TextColumn(["wood", "Foam brick", "metal", ""]),
     "issue": TextColumn(["silent clipped", "", "clip", "silent"], has_words=True),
     "confidence": NumberColumn(np.array([0.5, 0.9, np.nan, 0.7])),
+    "mass g": NumberColumn(np.array([1.0, 2.0, 3.0, 4.0])),
+    "Öl": TextColumn(["nein", "ja", "", ""]),
 }
 
 
@@ -50,6 +52,10 @@ def rows(text):
         ("brick", [1]),
         ("SILENT", [0, 3]),
         ("silent confidence>0.6", [3]),
+        ('"mass g">2 label!=', [2]),
+        ("Öl=ja", [1]),
+        ('"foam brick"', [1]),
+        ('"confidence>0.6"', []),
     ],
 )
 def test_filter(text, found):
@@ -83,6 +89,8 @@ def test_the_order_is_of_the_given_rows_and_stable():
         ("confidence~9", "needs a column of text"),
         ("confidence>high", "is compared with numbers"),
         ('label="foam', "a quote has no end"),
+        ('label=5"', "a quote has no end"),
+        ("öl=ja", "there is no column 'öl'"),
     ],
 )
 def test_a_wrong_filter_is_one_line(text, problem):
@@ -92,13 +100,23 @@ def test_a_wrong_filter_is_one_line(text, problem):
 
 
 def test_a_wrong_order_names_the_columns():
-    with pytest.raises(DataError, match="Use one of label, issue, confidence"):
+    with pytest.raises(DataError, match="Use one of label, issue, confidence, mass g"):
         ordered(COLUMNS, np.arange(4), "-x")
 
 
-@pytest.mark.parametrize("value", ["wood", "foam brick", "", "#1", "it's", "a\\b", "a=b"])
-def test_a_written_condition_is_read_again(value):
-    assert parse_filter(filter_word("label", value)) == [Condition("label", "=", value)]
+@pytest.mark.parametrize(
+    "value",
+    ["wood", "foam brick", "", "#1", "it's", "a\\b", "a=b", '5"', '"', '""', 'a "b" c', '"x y"'],
+)
+@pytest.mark.parametrize("column", ["label", "mass g", "Öl", "a=b", 'edge "'])
+def test_a_written_condition_is_read_again(column, value):
+    words = [filter_word(column, value), filter_word("label", value)]
+    expected = [Condition(column, "=", value), Condition("label", "=", value)]
+    assert parse_filter(" ".join(words)) == expected
+
+
+def test_many_quotes_take_no_time():
+    assert parse_filter('"' * 2_000)[0].value == '"' * 999
 
 
 def test_the_command_of_a_cell_has_its_filter_as_one_argument():

@@ -93,6 +93,13 @@ def test_peak_level():
     assert level_dbfs(np.zeros(3, np.float32)) is None
 
 
+def test_a_sound_without_samples_has_no_level_and_no_peaks():
+    samples = np.empty(0, np.float32)
+    assert level_dbfs(samples) is None
+    assert peaks(samples).shape == (2, 0)
+    assert spectrogram(samples, RATE_HZ).levels.max() == 0
+
+
 @pytest.mark.parametrize(
     ("header", "expected"),
     [

@@ -16,6 +16,7 @@ from ajgdata.browse.site import browsing
 from ajgdata.browse.view import View
 from ajgdata.live.server import TOKEN_HEADER
 from ajgdata.paths import Paths
+from ajgdata.pipeline.labelling import ConflictError
 from ajgdata.pipeline.table_import import import_table
 from ajgdata.store.tables import write_measurements
 from ajgdata.types import DataError, Recording
@@ -119,6 +120,67 @@ def test_a_row_that_cannot_be_read_is_a_row_with_the_reason(recorded):
     (row,) = view.table("", "", "issue=bad_row", "")["order"]
     shown = view.recording("", "", view.rows("", "", [row])["rows"][row]["cells"]["recording"])
     assert shown["issues"][0]["code"] == "bad_row" and shown["level"] == "error"
+
+
+def test_an_open_page_shows_the_issues_of_changed_tables(recorded):
+    view = View(recorded.paths, "d")
+    assert view.table("", "", "issue!=", "")["order"] == []
+    table = recorded.folder("s2") / "recordings.csv"
+    original = table.read_text()
+    table.write_text(original.replace("audio/r3.wav", "audio/none.wav"))
+    assert view.table("", "", "issue=missing", "")["order"] == [3]
+    table.write_text(original)
+    assert view.table("", "", "issue!=", "")["order"] == []
+    (recorded.folder("s1") / "session.yaml").write_text("[")
+    assert view.table("", "", "", "")["total"] == 2
+    codes = [issue["code"] for issue in view.about()["general"] if issue["session_id"] == "s1"]
+    assert codes == ["bad_session"]
+    (recorded.folder("s2") / "changes.jsonl").write_text("[\n")
+    assert view.table("", "", "", "")["total"] == 0
+    assert {issue["session_id"] for issue in view.about()["general"]} >= {"s1", "s2"}
+
+
+@pytest.fixture
+def growing(recorded, monkeypatch):
+    """A view whose table has one more recording after each look."""
+    view = View(recorded.paths, "d")
+    table = recorded.folder("s2") / "recordings.csv"
+    last = table.read_text().splitlines()[-1]
+    look = view.snapshot
+
+    def snapshot():
+        result = look()
+        row = last.replace("r4", f"r{len(result.recordings.names)}")
+        table.write_text(f"{table.read_text()}{row}\n")
+        return result
+
+    monkeypatch.setattr(view, "snapshot", snapshot)
+    return view
+
+
+def test_an_answer_is_of_one_state_of_the_tables(growing):
+    assert growing.rows("", "", [5, 6])["rows"] == {}
+    answer = growing.table("", "", "", "")
+    assert len(answer["order"]) == answer["total"] == 6
+    assert growing.recording("", "", "s2/r6")["cells"]["recording"] == "s2/r6"
+
+
+def test_a_decision_during_an_answer_is_a_conflict(recorded, monkeypatch):
+    view = View(recorded.paths, "d")
+    look = view.snapshot
+
+    def snapshot():
+        result = look()
+        monkeypatch.setattr(view, "snapshot", look)
+        label = {"column": "material", "value": "metal"}
+        View(recorded.paths, "d").change("s1/r0", "label", **label)
+        return result
+
+    monkeypatch.setattr(view, "snapshot", snapshot)
+    shown = view.recording("", "", "s1/r0")
+    assert shown["cells"]["label"] == "wood"
+    with pytest.raises(ConflictError):
+        view.change("s1/r0", "ok", version=shown["state"]["version"])
 
 
 def test_after_a_run_wrong_predictions_are_found(predicted):
