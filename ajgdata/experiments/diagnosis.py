@@ -24,10 +24,13 @@ from ajgdata.report.report_data import Diagnosis, Illustration, PlanRow
 from ajgdata.types.table import table_of
 
 ANSWERS: dict[DiagnosisVerdict, str] = {
-    "object": "The object: the model keeps {share} of its skill in a new session.",
-    "placement": "The placement: the model keeps only {share} of its skill in a new session.",
+    "object": "The object: the model keeps {share} of its advantage over guessing in a new"
+    " session.",
+    "placement": "The placement: the model keeps only {share} of its advantage over guessing in a new"
+    " session.",
     "nothing": "Neither: the model is not better than chance on new grasps.",
-    "inconclusive": "Inconclusive: the model keeps {share} of its skill in a new session.",
+    "inconclusive": "Inconclusive: the model keeps {share} of its advantage over guessing in a new"
+    " session.",
     "unmeasured": "Unknown: all grasps are from one session.",
 }
 ADVICE: dict[DiagnosisVerdict, str] = {
