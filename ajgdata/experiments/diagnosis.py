@@ -23,14 +23,12 @@ from ajgdata.report.marks import FigureContent, Point, draw
 from ajgdata.report.report_data import Diagnosis, Illustration, PlanRow
 from ajgdata.types.table import table_of
 
+KEPT = "of its advantage over guessing in a new session."
 ANSWERS: dict[DiagnosisVerdict, str] = {
-    "object": "The object: the model keeps {share} of its advantage over guessing in a new"
-    " session.",
-    "placement": "The placement: the model keeps only {share} of its advantage over guessing in a new"
-    " session.",
+    "object": f"The object: the model keeps {{share}} {KEPT}",
+    "placement": f"The placement: the model keeps only {{share}} {KEPT}",
     "nothing": "Neither: the model is not better than chance on new grasps.",
-    "inconclusive": "Inconclusive: the model keeps {share} of its advantage over guessing in a new"
-    " session.",
+    "inconclusive": f"Inconclusive: the model keeps {{share}} {KEPT}",
     "unmeasured": "Unknown: all grasps are from one session.",
 }
 ADVICE: dict[DiagnosisVerdict, str] = {
