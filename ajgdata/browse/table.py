@@ -94,7 +94,7 @@ def _prediction_columns(
         labels = label_texts(recordings, task)
         columns: dict[str, Column] = {"label": TextColumn(labels)}
         if predictions.predicted:
-            predicted = [str(predictions.predicted.get(name, "")) for name in names]
+            predicted = [_predicted_class(predictions.predicted.get(name)) for name in names]
             wrong = [_verdict(*pair) for pair in zip(labels, predicted, strict=True)]
             columns["predicted"] = TextColumn(predicted)
             verdicts["wrong"] = TextColumn(wrong)
@@ -103,9 +103,8 @@ def _prediction_columns(
         values = np.column_stack([_numbers(recordings.texts(a), target.axis) for a in axes])
         columns = {"label": _vector_column(values, target)}
         if predictions.predicted:
-            missing = (math.nan,) * len(axes)
             predicted_values = np.array(
-                [np.atleast_1d(predictions.predicted.get(n, missing)) for n in names], float
+                [_predicted_numbers(predictions.predicted.get(n), len(axes)) for n in names], float
             ).reshape(len(names), len(axes))
             errors = [
                 predictions.error(n, row) for n, row in zip(names, values.tolist(), strict=True)
@@ -116,6 +115,25 @@ def _prediction_columns(
         confidence = [predictions.confidence.get(name, math.nan) for name in names]
         columns["confidence"] = NumberColumn(np.array(confidence, float))
     return columns | verdicts
+
+
+def _predicted_class(value: str | float | tuple[float, ...] | None) -> str:
+    """Return a predicted class; "" without one, and for a number of an earlier kind of target."""
+    return value if isinstance(value, str) else ""
+
+
+def _predicted_numbers(
+    value: str | float | tuple[float, ...] | None, count: int
+) -> tuple[float, ...]:
+    """Return a prediction of `count` numbers.
+
+    They are NaN without a prediction, and for a class or another count of an earlier target.
+    """
+    if isinstance(value, tuple) and len(value) == count:
+        return value
+    if isinstance(value, float) and count == 1:
+        return (value,)
+    return (math.nan,) * count
 
 
 def _verdict(label: str, predicted: str) -> str:

@@ -10,6 +10,7 @@ import typer
 from rich.markup import escape
 
 from ajgdata.cli.console import ATTENTION, JsonOption, print_json, warn
+from ajgdata.store.addresses import without_credentials
 
 
 def diff(
@@ -30,6 +31,8 @@ def diff(
 
     result = compare_versions(read_version(old), read_version(new))
     counts = result.counts()
+    old = without_credentials(old)
+    new = without_credentials(new)
     if as_json:
         print_json(
             {

@@ -69,6 +69,7 @@ def publish(
     if destination is not None:
         tree = Tree(result.folder)
         total = _list_files(destination.sizes(tree))
+        say(escape(f"{to}: {destination.visibility()}"))
         _ask(f"Send {total} to {to}?", yes=yes)
         for line in destination.send(tree, read_dataset(paths, dataset)):
             say(escape(line))

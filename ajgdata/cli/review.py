@@ -85,10 +85,17 @@ def label(
 ) -> None:
     """Accept, correct or reject recordings, with the reason.
 
+    All decisions are checked before the first one is stored. Decisions that are stored already are
+    printed and change nothing, so the command can be repeated.
     Each change is a line of changes.jsonl of the session; recordings.csv and the recordings stay as
     they are. The next run computes what depends on the labels. An import keeps these labels.
     """
-    from ajgdata.pipeline.labelling import change_recording, check_changeable, find_recording
+    from ajgdata.pipeline.labelling import (
+        NothingToChangeError,
+        change_recording,
+        check_changeable,
+        find_recording,
+    )
 
     options = {
         "--ok": ok,
@@ -101,23 +108,34 @@ def label(
     if len(given) != 1:
         problem = f"{' and '.join(given)} together" if given else "no decision"
         raise DataError("label", problem, f"use one of {', '.join(options)}")
+    if reject and reason:
+        raise DataError(
+            "label", "--reject and --reason together", "write the reason after --reject"
+        )
     paths = find_project()
     spec = check_changeable(paths, dataset)
     action = given[0].removeprefix("--")
     cells = [_cell(spec, text) for text in new_labels or ()] or [("", note)]
     names = [find_recording(paths, dataset, text) for text in recordings]
-    for name in names:
-        for column, value in cells:
-            change = change_recording(
-                paths,
-                dataset,
-                name,
-                action,  # type: ignore[arg-type]  # the names of the options are the actions
-                column=column,
-                value=value,
-                reason=reject or reason,
-            )
-            say(escape(f"{name}: {change}"))
+    decisions = [(name, column, value) for name in names for column, value in cells]
+    for check_only in (True, False):  # a decision that is refused stops the command before all
+        for name, column, value in decisions:
+            try:
+                change = change_recording(
+                    paths,
+                    dataset,
+                    name,
+                    action,  # type: ignore[arg-type]  # the names of the options are the actions
+                    column=column,
+                    value=value,
+                    reason=reject or reason,
+                    check_only=check_only,
+                )
+                text = f"{name}: {change}"
+            except NothingToChangeError as error:
+                text = str(error)
+            if not check_only:
+                say(escape(text))
     if action != "note":
         say(escape(f"next: ajgdata run {dataset}"))
 

@@ -98,11 +98,13 @@ def _of_published(tree: Tree) -> VersionRows:
 def _of_project(paths: Paths, dataset: str) -> VersionRows:
     """Return the recordings of a data set of a project that are neither rejected nor quarantined.
 
-    A recording without sha256 in its table, and a segment, has that of its present sound.
+    A recording without sha256 in its table, and a segment, has that of its present sound. The
+    present `quality` decides whether it is rejected, because a person can accept it after the run.
     """
     spec = read_dataset(paths, dataset)
     quarantine = paths.quarantine(dataset)
-    excluded = left_out(read_findings(quarantine)) if quarantine.is_file() else set()
+    issues_of_run = read_findings(quarantine) if quarantine.is_file() else []
+    excluded = left_out(issue for issue in issues_of_run if issue.code != "rejected")
     dropped = dropped_sessions(paths, dataset, session_names(spec.recipe))
     labels: list[dict[str, str]] = []
     hashes: list[str] = []

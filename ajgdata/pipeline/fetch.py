@@ -28,6 +28,7 @@ from ajgdata.pipeline.importing import import_folder
 from ajgdata.pipeline.progress import tracked
 from ajgdata.pipeline.published_tables import TABLE_FILE
 from ajgdata.pipeline.schemas import dataset_schema, register_dataset, schema_bytes
+from ajgdata.store.addresses import without_credentials
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.files import (
     check_yaml_format,
@@ -112,7 +113,7 @@ def fetch(paths: Paths, source: str, *, name: str = "", with_models: bool = Fals
     if origin is None:
         return _register(paths, Tree(Path(source)), name, with_models)
     tree = Tree(paths.fetched / sha256_of(source.encode())[:16])
-    with locked(tree.root, f"fetching {source}"):
+    with locked(tree.root, f"fetching {without_credentials(source)}"):
         origin.download(tree.root, Tree.SUMS)
         _download_package(origin, tree)
         check_published_format(tree)

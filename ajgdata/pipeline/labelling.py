@@ -35,9 +35,8 @@ from ajgdata.store.sessions import (
     read_table,
 )
 from ajgdata.types import WHOLE, DataError, DatasetSpec, Finding, Recording
-from ajgdata.types.change import QUALITY, REJECT, Action, LabelChange
+from ajgdata.types.change import OBJECT, QUALITY, REJECT, Action, LabelChange, is_changeable
 
-OBJECT = "object"
 #: Time to wait for another change of the same session; a change takes milliseconds.
 WAIT_S = 10.0
 #: Largest number of similar names in a message.
@@ -46,6 +45,10 @@ MAX_PROPOSED = 3
 
 class ConflictError(DataError):
     """A recording that changed after the user saw it."""
+
+
+class NothingToChangeError(DataError):
+    """A decision about a recording that already is as decided."""
 
 
 @dataclass(frozen=True)
@@ -68,8 +71,12 @@ class RecordingState:
 
 
 def label_columns_of(spec: DatasetSpec) -> tuple[str, ...]:
-    """Return the columns whose cells `label` can change: the targets, and `object`."""
-    return tuple(dict.fromkeys((*spec.label_targets, OBJECT)))
+    """Return the columns whose cells `label` can change: the targets, and `object`.
+
+    A property of sessions that is a target, e.g. `gripper`, has no cells.
+    """
+    targets = [name for name in spec.label_targets if is_changeable(name)]
+    return tuple(dict.fromkeys((*targets, OBJECT)))
 
 
 def check_changeable(paths: Paths, dataset: str) -> DatasetSpec:
@@ -148,17 +155,18 @@ def change_recording(
     reason: str = "",
     version: str | None = None,
     author: str = "",
+    check_only: bool = False,
 ) -> LabelChange:
     """Write a decision about a recording `<session>/<recording_id>` and return it.
 
     `label` gives the cell of `column` the text `value`, and `note` stores the text `value`. `ok`
     accepts the recording, and takes back a rejection. `undo` takes back the last decision that
     counts. `version` is that of the state that the user saw. `author` is by default the user of the
-    computer.
+    computer. With `check_only`, nothing is written.
 
-    Raises ConflictError if the recording changed since `version`, and DataError for the labels of a
-    simulation, an unknown recording, column or value, a rejection without a reason, and a decision
-    that changes nothing. Nothing is written then.
+    Raises ConflictError if the recording changed since `version`, NothingToChangeError for a
+    decision that changes nothing, and DataError for the labels of a simulation, an unknown
+    recording, column or value, and a rejection without a reason. Nothing is written then.
     """
     spec = check_changeable(paths, dataset)
     folder, recording_id = _place(paths, dataset, recording)
@@ -197,7 +205,8 @@ def change_recording(
             reason=plain_text(reason),
             author=plain_text(author or _user()),
         )
-        append_change(folder, change)
+        if not check_only:
+            append_change(folder, change)
     return change
 
 
@@ -354,10 +363,12 @@ def _new_quality(where: str, state: RecordingState, action: str) -> str:
     quality = state.labels[QUALITY]
     if action == "reject":
         if state.is_rejected:
-            raise DataError(where, "is rejected already", "use --note for another reason")
+            raise NothingToChangeError(
+                where, "is rejected already", "use --note for another reason"
+            )
         return REJECT
     if state.is_reviewed:
-        raise DataError(where, "is accepted already", "nothing is to be done")
+        raise NothingToChangeError(where, "is accepted already", "nothing is to be done")
     return "ok" if state.is_rejected else quality
 
 
@@ -376,7 +387,8 @@ def _check_label(
             problem = f"{column} = {value!r} is not a finite number"
             raise DataError(where, problem, "write a number, e.g. 17.5") from None
     if state.labels.get(column, "") == value:
-        raise DataError(where, f"{column} is {value!r} already", "use --ok to accept the recording")
+        fix = "use --ok to accept the recording"
+        raise NothingToChangeError(where, f"{column} is {value!r} already", fix)
 
 
 def _user() -> str:

@@ -25,7 +25,7 @@ from ajgdata.evaluate.suspicion import (
 )
 from ajgdata.features import similarity
 from ajgdata.paths import Paths
-from ajgdata.pipeline.labelling import OBJECT, RecordingState, recording_states
+from ajgdata.pipeline.labelling import RecordingState, recording_states
 from ajgdata.pipeline.similar_sounds import Sounds
 from ajgdata.pipeline.sound_fingerprints import dataset_sounds
 from ajgdata.store.features import read_store
@@ -33,6 +33,7 @@ from ajgdata.store.labels import parse_label
 from ajgdata.store.metrics import read_predictions
 from ajgdata.store.sessions import how_to_get_sessions, read_dataset
 from ajgdata.types import DataError, DatasetSpec, Target, many
+from ajgdata.types.change import OBJECT
 
 #: Suspicion from which a part is a reason.
 NOTABLE = 0.5
@@ -132,6 +133,7 @@ def review_list(paths: Paths, dataset: str, *, task: str = "") -> Review:
     file, predictions = _last_predictions(paths, dataset)
     best: dict[str, tuple[float, str, int]] = {}
     reviews: dict[str, tuple[_TaskReview, list[str]]] = {}
+    misfits = _remove_misfits(spec, states, predictions)
     names_of_tasks = [task] if task else [name for name in spec.tasks if predictions[name]]
     for name in names_of_tasks or spec.tasks:
         review, names = _task_review(spec, name, sounds, states, predictions[name], pairs)
@@ -162,7 +164,7 @@ def review_list(paths: Paths, dataset: str, *, task: str = "") -> Review:
     omitted = [name for name in spec.tasks if name not in reviews]
     if omitted and not task:
         remarks.append(f"tasks without predictions are omitted (--task): {', '.join(omitted)}")
-    return Review(tuple(items), (*_prediction_remarks(dataset, file, used), *remarks))
+    return Review(tuple(items), (*_prediction_remarks(dataset, file, used, misfits), *remarks))
 
 
 def _stored_rows(paths: Paths, dataset: str, states: Collection[str]) -> Sounds:
@@ -211,6 +213,43 @@ def _last_predictions(
     return None, by_task
 
 
+def _remove_misfits(
+    spec: DatasetSpec,
+    states: Mapping[str, RecordingState],
+    predictions: dict[str, list[_Predictions]],
+) -> list[str]:
+    """Remove predictions that are no values of their target, and return them as `<task>/<model>`.
+
+    The kind of a target, or its columns, can change after a run.
+    """
+    misfits = []
+    for task, of_task in predictions.items():
+        if task not in spec.tasks:
+            continue
+        name = spec.tasks[task].target
+        target = spec.targets[name]
+        labels = {state.labels.get(name, "") for state in states.values()}
+        fitting = [of_model for of_model in of_task if _fits(of_model, target, labels)]
+        misfits += [f"{task}/{of_model.model}" for of_model in of_task if of_model not in fitting]
+        predictions[task] = fitting
+    return misfits
+
+
+def _fits(predictions: _Predictions, target: Target, labels: Collection[str]) -> bool:
+    """Return whether a model predicts labels of a class target, or as many numbers as a target has.
+
+    `labels` are the present labels of a class target.
+    """
+    texts = {text for text, _ in predictions.values.values()}
+    if target.kind == "classification":
+        return not texts.isdisjoint(labels)
+    n_numbers = max(1, len(target.columns))
+    try:
+        return all(len([float(cell) for cell in text.split()]) == n_numbers for text in texts)
+    except ValueError:
+        return False
+
+
 def _predicted_text(row: Mapping[str, str]) -> str:
     """Return the prediction in a row; the values of a vector are separated by blanks."""
     if row["y_pred"]:
@@ -219,16 +258,26 @@ def _predicted_text(row: Mapping[str, str]) -> str:
 
 
 def _prediction_remarks(
-    dataset: str, file: Path | None, predictions: Mapping[str, Sequence[_Predictions]]
+    dataset: str,
+    file: Path | None,
+    predictions: Mapping[str, Sequence[_Predictions]],
+    misfits: Sequence[str],
 ) -> list[str]:
-    """Return a remark on the predictions that a list is based on."""
+    """Return remarks on the predictions that a list is based on, and on those that do not fit."""
+    unused = []
+    if misfits:
+        unused.append(
+            f"predictions that do not fit the target are not used: {', '.join(misfits)}; "
+            f"`ajgdata run {dataset}` computes new ones"
+        )
     models = sorted({item.model for of_task in predictions.values() for item in of_task})
     if file is None or not models:
         return [
             "no held-out predictions yet, so the list has only outliers and near-duplicates; "
-            f"`ajgdata run {dataset}` adds predictions"
+            f"`ajgdata run {dataset}` adds predictions",
+            *unused,
         ]
-    return [f"held-out predictions of {', '.join(models)} ({file})"]
+    return [f"held-out predictions of {', '.join(models)} ({file})", *unused]
 
 
 def _similar(sounds: Sounds) -> tuple[list[tuple[int, int]], list[str]]:

@@ -31,6 +31,9 @@ class Destination(Protocol):
     def sizes(self, tree: Tree) -> dict[str, int]:
         """Return the sizes in bytes of the files that are sent, by name."""
 
+    def visibility(self) -> str:
+        """Return who can see the files after they are sent, as a clause."""
+
     def send(self, tree: Tree, spec: DatasetSpec) -> list[str]:
         """Send the files, check them there, and return lines about what a person does next."""
 
@@ -94,6 +97,15 @@ class HubDestination:
         """Return the sizes of all files of a published folder."""
         return {name: path.stat().st_size for name, path in published_files(tree).items()}
 
+    def visibility(self) -> str:
+        """Return the visibility of the repository, see `Destination`."""
+        is_private = hub.is_private(self.repository)
+        if is_private is None:
+            return "the repository is new and private"
+        if is_private:
+            return "the repository exists and is private"
+        return "the repository exists and is public: everyone can see the files at once"
+
     def send(self, tree: Tree, spec: DatasetSpec) -> list[str]:
         """Send all files, see `Destination`."""
         is_private = hub.upload(self.repository, published_files(tree), tree.root, spec.version)
@@ -135,6 +147,10 @@ class ZenodoDestination:
         archived = sum(path.stat().st_size for path in archived_files(tree).values())
         return {**sizes, Tree.FOLDERS: archived}
 
+    def visibility(self) -> str:
+        """Return the visibility of a draft, see `Destination`."""
+        return "a draft is private until you publish it"
+
     def send(self, tree: Tree, spec: DatasetSpec) -> list[str]:
         """Send the files and the description, see `Destination`."""
         draft = self.zenodo.draft(spec.doi)
@@ -163,15 +179,16 @@ def add_doi(declaration: Path, doi: str) -> None:
 
     Raises DataError with the line to add if the file has another form than one key per line.
     """
-    text = declaration.read_text(encoding="utf-8")
+    content = declaration.read_bytes()
     before = read_yaml(declaration)
-    end = "" if text.endswith("\n") else "\n"
-    write_bytes(declaration, f"{text}{end}doi: {doi}\n".encode())
+    line_end = b"\r\n" if b"\r\n" in content else b"\n"
+    end = b"" if content.endswith(b"\n") else line_end
+    write_bytes(declaration, b"".join((content, end, f"doi: {doi}".encode(), line_end)))
     try:
         is_added = read_yaml(declaration) == {**before, "doi": doi}
     except DataError:
         is_added = False
     if not is_added:
-        write_bytes(declaration, text.encode())
+        write_bytes(declaration, content)
         fix = f"add `doi: {doi}` to it, then run it again"
         raise DataError(declaration, f"the draft {doi} exists, but is not stated here", fix)

@@ -22,8 +22,9 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from ajgdata.paths import CHANGES_FILE
+from ajgdata.store.files import plain_text
 from ajgdata.types import DataError, Recording, describe
-from ajgdata.types.change import REJECT, LabelChange
+from ajgdata.types.change import OBJECT, QUALITY, REJECT, LabelChange
 
 #: Byte-order mark that some editors write at the beginning of a file.
 _MARK = b"\xef\xbb\xbf"
@@ -99,7 +100,7 @@ def with_changes(recording: Recording, log: ChangeLog) -> Recording:
     cells = log.cells(recording.recording_id, recording.sha256)
     if not cells:
         return recording
-    own = {name: text for name, text in cells.items() if name in Recording.model_fields}
+    own = {name: text for name, text in cells.items() if name in (OBJECT, QUALITY)}
     others = {name: text for name, text in cells.items() if name not in own}
     return recording.model_copy(update={**own, "labels": {**recording.labels, **others}})
 
@@ -132,15 +133,26 @@ def read_changes(folder: Path) -> ChangeLog:
 
 
 def _parsed(path: Path, number: int, line: bytes) -> LabelChange:
-    """Return the change in a line. Raises DataError for any other content."""
+    """Return the change in a line, with plain texts as in recordings.csv (see `plain_text`).
+
+    Raises DataError for any other content.
+    """
     where = f"{path}:{number}"
     try:
-        return LabelChange.model_validate(json.loads(line))
+        change = LabelChange.model_validate(json.loads(line))
     except ValidationError as error:
         invalid = describe(error, where)
         raise DataError(where, invalid.problem, _FIX) from None
     except ValueError:
         raise DataError(where, "not a change (no valid JSON)", _FIX) from None
+    texts = {
+        "old": change.old,
+        "new": change.new,
+        "reason": change.reason,
+        "author": change.author,
+    }
+    plain = {name: plain_text(text) for name, text in texts.items()}
+    return change if plain == texts else change.model_copy(update=plain)
 
 
 def log_bytes(changes: Sequence[LabelChange]) -> bytes:

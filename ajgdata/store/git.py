@@ -7,6 +7,7 @@ import shutil
 import subprocess
 from pathlib import Path
 
+from ajgdata.store.addresses import without_credentials
 from ajgdata.types import DataError
 
 _SETTINGS = (
@@ -42,7 +43,8 @@ def run_git(
         cwd=folder,
     )
     if completed.returncode and not may_fail:
-        reason = " ".join(completed.stderr.split())[:400] or "it gives no reason"
+        message = without_credentials(" ".join(completed.stderr.split()))
+        reason = message[:400] or "it gives no reason"
         fix = "correct the cause, then run it again: complete files are kept"
         raise DataError(where, f"git failed ({reason})", fix)
     return completed.stdout.strip()

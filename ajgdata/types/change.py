@@ -7,14 +7,23 @@ from typing import Literal, get_args
 from pydantic import Field, model_validator
 
 from ajgdata.types.base import Strict
-from ajgdata.types.session import QUALITIES
+from ajgdata.types.names import NAME_PATTERN
+from ajgdata.types.session import QUALITIES, is_reserved
 
 Action = Literal["ok", "reject", "label", "note", "undo"]
 #: All actions, in the order of the help text.
 ACTIONS: tuple[Action, ...] = get_args(Action)
+OBJECT = "object"
 #: Column of recordings.csv that a rejection changes.
 QUALITY = "quality"
 REJECT = "reject"
+
+
+def is_changeable(column: str) -> bool:
+    """Return whether people can change a column of recordings.csv: object, quality, or a label."""
+    if column in (OBJECT, QUALITY):
+        return True
+    return NAME_PATTERN.fullmatch(column) is not None and not is_reserved(column)
 
 
 class LabelChange(Strict):
@@ -37,7 +46,9 @@ class LabelChange(Strict):
     author: str = Field("", description="name of the user")
 
     @model_validator(mode="after")
-    def _has_known_quality(self) -> LabelChange:
+    def _can_be_applied(self) -> LabelChange:
+        if self.column and not is_changeable(self.column):
+            raise ValueError(f"{self.column!r} is not a label")
         if self.column == QUALITY and self.new not in QUALITIES:
             raise ValueError(f"quality {self.new!r} is not one of {', '.join(QUALITIES)}")
         return self

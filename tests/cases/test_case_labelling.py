@@ -313,7 +313,7 @@ def test_decisions_that_cannot_be_written_are_refused(tones, ajgdata, src):
     assert "src/1_ball" in refused("src/1_bal", "--ok")
     assert "there is no label 'colour'" in refused(BALL, "--label", "colour=red")
     assert "has no =" in refused(BALL, "--label", "cube")
-    assert "label is 'ball' already" in refused(BALL, "--label", "label=ball")
+    assert "--reject and --reason together" in refused(BALL, "--reject", "a", "--reason", "b")
     audio = tones.session(NAME, "src") / "audio/1_ball.wav"
     write_wav(audio, resonances(5, 5))
     assert "sha256 differs" in refused(BALL, "--label", "label=cube")
@@ -341,6 +341,44 @@ def test_a_wrong_line_is_named_with_its_number(tones, ajgdata):
     relabel(tones, "cube")
     log(tones).write_text(log(tones).read_text(encoding="utf-8") + "cube\n", encoding="utf-8")
     assert "not a change" in issues(ajgdata)["bad_session"]
+
+
+@pytest.mark.parametrize("column", ["start_s", "recording_id", "labels", "gripper", "a b", "../x"])
+def test_a_line_can_only_change_labels(tones, ajgdata, column):
+    relabel(tones, "cube")
+    line = json.loads(log(tones).read_text(encoding="utf-8")) | {"column": column, "new": "0.05"}
+    log(tones).write_text(f"{json.dumps(line)}\n", encoding="utf-8")
+    if column == "labels":  # a name that a label can have
+        recordings, _ = read_recordings(tones.session(NAME, "src"))
+        assert recordings[0].labels["labels"] == "0.05"
+    else:
+        assert "is not a label" in issues(ajgdata)["bad_session"]
+
+
+def test_a_text_in_a_line_is_plain_as_in_recordings_csv(tones):
+    relabel(tones, "cube")
+    line = json.loads(log(tones).read_text(encoding="utf-8"))
+    line |= {"new": "cu\nbe\x1b", "reason": "a\tb"}
+    log(tones).write_text(f"{json.dumps(line)}\n", encoding="utf-8")
+    assert labels(tones)["1_ball"] == "cu be"
+    assert recording_state(tones, NAME, BALL).history[0].reason == "a b"
+
+
+def test_a_refused_decision_stops_the_command_before_the_first_change(tones, ajgdata):
+    write_wav(tones.session(NAME, "src") / "audio/2_ball.wav", resonances(5, 5))
+    printed = ajgdata("label", NAME, "1_ball", "2_ball", "--label", "label=cube")
+    assert printed.code == 1
+    assert "sha256 differs" in printed.text
+    assert not log(tones).exists()
+
+
+@pytest.mark.parametrize("decision", [("--label", "label=cube"), ("--ok",), ("--reject", "noise")])
+def test_a_command_of_several_recordings_can_be_repeated(tones, ajgdata, decision):
+    assert ajgdata("label", NAME, "2_ball", *decision).code == 0
+    printed = ajgdata("label", NAME, "1_ball", "2_ball", "3_ball", *decision)
+    assert printed.code == 0
+    assert printed.text.count("already") == 1
+    assert len(read_changes(log(tones).parent).changes) == 3
 
 
 def test_a_published_data_set_has_the_labels_and_the_changes(tones, ajgdata, features, tmp_path):

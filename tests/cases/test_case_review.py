@@ -229,6 +229,29 @@ def test_a_wrong_number_is_first_with_its_error(paths, src):
     assert first.confidence is None
 
 
+def test_predictions_of_an_earlier_kind_of_target_are_not_used(paths, src):
+    for number in range(20):
+        write_wav(src / f"{number}_{100 * number}.wav", resonances(number % 2, number))
+    settings = ImportSettings(pattern=r"(?P<grasp>\d+)_(?P<mass>\d+)\.wav")
+    import_folder(paths, NAME, src, settings=settings)
+
+    def remarks(y_pred: str) -> str:
+        row = {"task": "mass", "model": "knn", "recording": "src/0_0", "y_pred": y_pred}
+        row |= {"dataset": NAME, "test_set": NAME, "split": "grouped", "fold": 0, "y_true": ""}
+        write_predictions(paths.predictions, [{**row, "target_values": "training"}])
+        return " ".join(review_list(paths, NAME).remarks)
+
+    unused = "predictions that do not fit the target are not used: mass/knn"
+    assert unused in remarks("ball")
+    assert unused in remarks("1.0 2.0")
+    assert "not used" not in remarks("50.0")
+    text = paths.dataset(NAME).read_text(encoding="utf-8")
+    assert "regression" in text
+    paths.dataset(NAME).write_text(text.replace("regression", "classification"), encoding="utf-8")
+    assert unused in remarks("50.0")
+    assert "not used" not in remarks("100")
+
+
 def test_what_has_no_list_is_one_line(paths, src, ajgdata):
     import_rings(paths, src, {"1_ball.wav": (0, 1), "2_cube.wav": (1, 1)})
     printed = ajgdata("review", NAME, "--task", "mass")

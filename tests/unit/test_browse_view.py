@@ -202,6 +202,15 @@ def test_the_wrong_label_is_right_after_its_correction(predicted):
     assert view.table("", "", "", "")["version"] > before
 
 
+def test_predictions_of_an_earlier_kind_of_target_are_empty(recorded):
+    predict(recorded, "material", "knn", {"s1/r0": 0.5})
+    predict(recorded, "edge", "knn", {"s1/r0": "small"})
+    view = View(recorded.paths, "d")
+    assert column(view, "predicted", "material/knn") == [""] * 5
+    assert column(view, "predicted", "edge/knn") == [None] * 5
+    assert column(view, "error", "edge/knn") == [None] * 5
+
+
 def test_values_of_features(predicted):
     view = View(predicted.paths, "d")
     novelty = column(view, "novelty")

@@ -12,6 +12,7 @@ from worlds import Project, assert_one_line
 from ajgdata.paths import Paths
 from ajgdata.pipeline.dataset_differences import ChangeKind, VersionDifference, compare_versions
 from ajgdata.pipeline.dataset_versions import VersionRow, read_version
+from ajgdata.pipeline.labelling import change_recording
 from ajgdata.store.sessions import read_recordings, read_session, write_session
 
 
@@ -92,6 +93,13 @@ def test_a_project_its_published_data_set_and_a_changed_copy(world, changed, old
     found = {(item.change, item.recording, item.label) for item in result.differences}
     assert found == EXPECTED  # `50.00` is the number of before
     assert (result.n_old, result.n_new) == (12, 11)
+
+
+def test_a_recording_that_is_accepted_after_the_run_is_in_the_version(changed):
+    changed.build("s1", "s2")  # the quarantine has the rejection
+    assert "s1/take 2/2" not in read_version(f"{changed.root}:d")
+    change_recording(changed.paths, "d", "s1/take 2/2", "ok")
+    assert "s1/take 2/2" in read_version(f"{changed.root}:d")
 
 
 def test_the_command_prints_csv_or_json_and_its_exit_code_says_whether_they_differ(

@@ -3,6 +3,7 @@
 import json
 import subprocess
 import zipfile
+from contextlib import contextmanager
 
 import pytest
 from hosts import send_to, serving
@@ -60,6 +61,33 @@ def test_each_address_has_its_origin():
 def test_an_address_with_a_mistake_is_one_line(text, said):
     with pytest.raises(DataError, match=said):
         origin_of(text)
+
+
+SECRET = "c0ffee"
+
+
+@pytest.mark.parametrize(
+    "address",
+    [
+        f"ftp://anna:{SECRET}@127.0.0.1/d",
+        f"http://anna:{SECRET}@127.0.0.1:9/d",
+        f"http://127.0.0.1:9/d?time=1:00&sig={SECRET}&x=",
+        f"git+http://anna:{SECRET}@127.0.0.1:9/d.git",
+        f"git+file:///absent?sig={SECRET}",
+    ],
+)
+def test_a_password_in_an_address_is_in_no_message_and_in_no_file(elsewhere, monkeypatch, address):
+    works = []
+
+    @contextmanager
+    def locked(path, work, *_, **__):
+        works.append(work)
+        yield
+
+    monkeypatch.setattr("ajgdata.pipeline.fetch.locked", locked)
+    with pytest.raises(DataError) as caught:
+        fetch(elsewhere.paths, address)
+    assert SECRET not in f"{caught.value} {works}"
 
 
 @pytest.fixture
@@ -148,6 +176,8 @@ def test_a_git_repository_gives_the_same_sessions(world, repository, elsewhere, 
     audio = elsewhere.folder("s1") / "audio"
     assert len(list(audio.iterdir())) == 6
     assert read_version(repository) == read_version(str(world[1].root))
+    origin_of(repository).download(elsewhere.root / "cloned", "SHA256SUMS")
+    assert not (elsewhere.root / "cloned/.git").exists()  # its settings have the address
 
 
 def test_git_failures_are_one_line(tree, repository, elsewhere, ajgdata, monkeypatch):

@@ -19,6 +19,7 @@ from worlds import Project, assert_one_line
 from ajgdata.paths import Paths
 from ajgdata.pipeline.fetch import fetch
 from ajgdata.pipeline.upload import add_doi
+from ajgdata.store.remote.zenodo import Zenodo
 from ajgdata.types import DataError
 
 TOKEN = "not-a-secret"
@@ -258,6 +259,22 @@ def test_a_doi_is_added_as_one_line_or_not_at_all(tmp_path):
     assert path.read_text() == "{name: d}\n"
 
 
+@pytest.mark.parametrize("end", ["\r\n", ""])
+def test_a_doi_keeps_the_line_ends_of_the_file(tmp_path, end):
+    path = tmp_path / "dataset.yaml"
+    path.write_bytes(f"name: d\r\ntitle: b{end}".encode())
+    add_doi(path, DOI)
+    assert path.read_bytes() == f"name: d\r\ntitle: b\r\ndoi: {DOI}\r\n".encode()
+    path.write_bytes(b"{name: d}\r\n")
+    with pytest.raises(DataError, match="is not stated here"):
+        add_doi(path, DOI)
+    assert path.read_bytes() == b"{name: d}\r\n"
+
+
+def test_the_token_is_not_in_the_text_of_an_object():
+    assert TOKEN not in repr(vars(Zenodo("https://zenodo.org", TOKEN)))
+
+
 class HubStandIn:
     """One data set repository, with the requests of huggingface_hub; refuses any other request.
 
@@ -271,6 +288,7 @@ class HubStandIn:
         self.files: dict[str, bytes] = {}
         self.objects: dict[str, bytes] = {}
         self.commits: list[str] = []
+        self.exists = False
         self.is_private = False
         self.refused: list[str] = []
         self.damaged: dict[int, str] = {}  # a file by the number of the commit
@@ -288,7 +306,7 @@ class HubStandIn:
         content = self.content(method, path, body)
         if content is None:
             self.refused.append(f"{method} {path}")
-            return 404, {}, b"{}"
+            return 404, {"X-Error-Code": "RepoNotFound"}, b"{}"
         return 200, {"Content-Type": "application/json"}, json.dumps(content).encode()
 
     def content(self, method, path, body):
@@ -299,7 +317,8 @@ class HubStandIn:
                 assert (request["name"], request["organization"]) == ("name", "user")
                 assert request["type"] == "dataset"
                 assert request.get("private") or request.get("visibility") == "private"
-                self.is_private = True
+                self.is_private = self.is_private or not self.exists
+                self.exists = True
                 answer = {"url": f"{self.address}/datasets/user/name", "id": "user/name"}
             case "POST", "/api/validate-yaml":
                 front = yaml.safe_load(json.loads(body)["content"].split("---\n")[1])
@@ -313,7 +332,7 @@ class HubStandIn:
                 self.commit([json.loads(line) for line in body.splitlines()])
                 page = f"{self.address}/datasets/user/name/commit/0"
                 answer = {"commitUrl": page, "commitOid": "0" * 40}
-            case "GET", "/api/datasets/user/name":
+            case "GET", "/api/datasets/user/name" if self.exists:
                 answer = {"id": "user/name", "private": self.is_private, "sha": "0" * 40}
             case "GET", _ if path.startswith("/api/datasets/user/name/tree/"):
                 answer = [self.entry(name) for name in sorted(self.files)]
@@ -432,6 +451,8 @@ def test_a_repository_is_the_folder_and_comes_back_equal(project, hub, elsewhere
         publish,
     )
     assert (first[0], fetched[0], absent[0], second[0]) == (0, 0, 1, 1), (first, fetched)
+    assert "hf:user/name: the repository is new and private" in first[1]
+    assert "hf:user/name: the repository exists and is private" in second[1]
     assert "only your account can see it" in first[1]
     assert "hf:user/absent/SHA256SUMS: cannot be fetched" in absent[2]
     assert "1 file differs after the upload, first metadata.csv" in second[2]

@@ -8,6 +8,7 @@ from pathlib import Path
 import pooch
 import requests
 
+from ajgdata.store.addresses import without_credentials
 from ajgdata.types import DataError
 
 RUN_AGAIN = "run it again: complete files are kept"
@@ -36,5 +37,6 @@ def download(url: str, target: Path, sha256: str = "") -> None:
         )
     except (ValueError, LookupError, requests.RequestException) as error:
         # LookupError: the answer of a repository has another form than pooch expects.
-        problem = f"cannot be fetched ({' '.join(str(error).split())[:200]})"
-        raise DataError(url, problem, RUN_AGAIN) from None
+        reason = without_credentials(" ".join(str(error).split()))
+        problem = f"cannot be fetched ({reason[:200]})"
+        raise DataError(without_credentials(url), problem, RUN_AGAIN) from None

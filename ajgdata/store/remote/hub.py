@@ -32,6 +32,23 @@ def check_login(repository: str) -> None:
         raise DataError(f"{HUB_PREFIX}{repository}", "there is no token of Hugging Face", fix)
 
 
+def is_private(repository: str) -> bool | None:
+    """Return whether a repository is private; None if it does not exist.
+
+    Raises DataError if the request fails.
+    """
+    from huggingface_hub import HfApi
+    from huggingface_hub.utils import RepositoryNotFoundError
+
+    try:
+        return bool(HfApi().dataset_info(repository).private)
+    except RepositoryNotFoundError:
+        return None
+    except Exception as error:  # the library of HTTP differs between versions of the hub's
+        problem = f"cannot be reached ({' '.join(str(error).split())[:300]})"
+        raise DataError(f"{HUB_PREFIX}{repository}", problem, RUN_AGAIN) from None
+
+
 def upload(repository: str, files: Mapping[str, Path], folder: Path, version: str) -> bool:
     """Make a repository equal to a published `folder`, and return whether it is private.
 
@@ -56,7 +73,7 @@ def upload(repository: str, files: Mapping[str, Path], folder: Path, version: st
             repository, recursive=True, revision=commit.oid, repo_type="dataset"
         )
         stored = {file.path: file for file in tree if isinstance(file, RepoFile)}
-        is_private = bool(api.dataset_info(repository).private)
+        has_private_files = bool(api.dataset_info(repository).private)
     except Exception as error:  # the library of HTTP differs between versions of the hub's
         problem = f"the upload failed ({' '.join(str(error).split())[:300]})"
         raise DataError(f"{HUB_PREFIX}{repository}", problem, RUN_AGAIN) from None
@@ -69,7 +86,7 @@ def upload(repository: str, files: Mapping[str, Path], folder: Path, version: st
         differ = "differs" if len(wrong) == 1 else "differ"
         problem = f"{many(len(wrong), 'file')} {differ} after the upload, first {wrong[0]}"
         raise DataError(f"{HUB_PREFIX}{repository}", problem, RUN_AGAIN)
-    return is_private
+    return has_private_files
 
 
 def _is_equal(stored: RepoFile, path: Path) -> bool:

@@ -16,6 +16,7 @@ from typing import Protocol
 from urllib.parse import quote
 
 from ajgdata.paths import Tree
+from ajgdata.store.addresses import without_credentials
 from ajgdata.store.git import run_git
 from ajgdata.store.publishing.archive import open_archive
 from ajgdata.store.remote.download import RUN_AGAIN, download
@@ -58,7 +59,7 @@ def origin_of(source: str) -> Origin | None:
         origin = WebFolder(source.removesuffix(Tree.SUMS))
     elif separator:
         problem = f"addresses that begin with {scheme}:// are not supported"
-        raise DataError(source, problem, "use https, or name a folder")
+        raise DataError(without_credentials(source), problem, "use https, or name a folder")
     return origin
 
 
@@ -142,7 +143,8 @@ class HubRepository:
                 local_dir=folder,
             )
         except Exception as error:  # the library of HTTP differs between versions of the hub's
-            problem = f"cannot be fetched ({' '.join(str(error).split())[:200]})"
+            reason = without_credentials(" ".join(str(error).split()))
+            problem = f"cannot be fetched ({reason[:200]})"
             raise DataError(f"{HUB_PREFIX}{self.name}/{name}", problem, RUN_AGAIN) from None
 
 
@@ -153,25 +155,30 @@ class GitRepository:
     address: str
 
     def download(self, folder: Path, name: str, sha256: str = "") -> None:
-        """Clone the repository if the file without hash is requested; see `Origin`."""
+        """Clone the repository if the file without hash is requested; see `Origin`.
+
+        The folder .git, whose settings contain the address with a password, is removed.
+        """
+        shown = without_credentials(self.address)
         if not sha256:
             shutil.rmtree(folder, ignore_errors=True)
             folder.parent.mkdir(parents=True, exist_ok=True)
             words = ("clone", "--quiet", "--depth=1", "--no-tags", "--template=", "--")
             run_git(
-                self.address,
+                shown,
                 *words,
                 self.address,
                 str(folder.absolute()),
                 folder=folder.parent,
                 GIT_ALLOW_PROTOCOL="https:http:ssh:git:file",  # others can start programs
             )
+            shutil.rmtree(folder / ".git", ignore_errors=True)
         path = folder / name
         if not path.is_file():
             fix = "publish the data set, and commit all files of its folder"
-            raise DataError(self.address, f"has no {name}: not a published data set", fix)
+            raise DataError(shown, f"has no {name}: not a published data set", fix)
         with path.open("rb") as stream:
             is_pointer = stream.read(len(_LFS_POINTER)) == _LFS_POINTER
         if is_pointer:
             fix = "install git-lfs (`git lfs install`), then run it again"
-            raise DataError(self.address, f"stores {name} with Git LFS", fix)
+            raise DataError(shown, f"stores {name} with Git LFS", fix)

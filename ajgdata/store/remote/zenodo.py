@@ -10,7 +10,7 @@ import ipaddress
 import os
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from hashlib import file_digest
 from html import escape
 from pathlib import Path
@@ -51,7 +51,7 @@ class ZenodoDraft:
 class _Bearer(AuthBase):
     """The token in the header of each request, also if ~/.netrc has a password for the server."""
 
-    token: str
+    token: str = field(repr=False)
 
     def __call__(self, request: requests.PreparedRequest) -> requests.PreparedRequest:
         request.headers["Authorization"] = f"Bearer {self.token}"
