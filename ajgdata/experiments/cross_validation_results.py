@@ -271,8 +271,13 @@ def models_of(results: TaskResults) -> list[ModelResult]:
 
 
 def best_of(models: Sequence[ModelResult]) -> ModelResult:
-    """Return the model of lowest error; of equals, the first."""
-    return min(models, key=ModelResult.error)
+    """Return the model of lowest error; of equals, the first.
+
+    The model of covariates alone is a control without the sound, so it counts only if there is no
+    other model.
+    """
+    with_sound = [model for model in models if model.result.model != COVARIATES_ALONE]
+    return min(with_sound or models, key=ModelResult.error)
 
 
 def training_cost(results: TaskResults, label: str) -> ResultCost | None:
@@ -559,7 +564,7 @@ def summary(results: TaskResults) -> str:
         f"{counts['folds']} folds. "
         f"Lowest error: {top.label}, {results.metric_title} {top.shown(top.score())}."
         f"{axes_sentence(top)}{augment_sentence(results)}"
-        f"{covariates_sentence(results, models)}"
+        f"{covariates_sentence(results)}"
         f"{placement_sentence(results, top)}{unmeasured_sentence(results)}"
     )
 
@@ -581,16 +586,19 @@ def augment_sentence(results: TaskResults) -> str:
     return f" Models are also trained on {augment.text}; no copy is tested."
 
 
-def covariates_sentence(results: TaskResults, models: Sequence[ModelResult]) -> str:
+def covariates_sentence(results: TaskResults) -> str:
     """Return the covariates of a task and the score that they have alone; "" without covariates."""
     covariates = results.task_settings.covariates
     if not covariates:
         return ""
     text = f" Models also get {' and '.join(covariates)}."
-    alone = [model for model in models if model.result.model == COVARIATES_ALONE]
-    if alone:
-        score = alone[0].shown(alone[0].score())
-        text += f" Without the sound, a model of these has {results.metric_title} {score}."
+    shown = shown_model(results)
+    for model in models_of(results):
+        if model.result.model == COVARIATES_ALONE:
+            score = model.shown(model.score())
+            text += f" Without the sound, a model of these has {results.metric_title} {score}."
+            if shown.label != model.label and model.error() <= shown.error():
+                text += f" This is at least as good as {shown.label} with the sound."
     return text
 
 

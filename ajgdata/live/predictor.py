@@ -25,6 +25,7 @@ from ajgdata.store.audio import Audio, AudioInfo, read_audio
 from ajgdata.store.feature_array import FREQUENCY
 from ajgdata.types import AudioSettings, DataError, FeatureKind, Kind
 from ajgdata.types.input_layout import Covariate
+from ajgdata.types.settings import numbers_of
 
 if TYPE_CHECKING:
     from sklearn.base import BaseEstimator
@@ -210,8 +211,9 @@ class Predictor:
     ) -> list[Prediction]:
         """Return the predictions for features (m, f), from `feature` or a feature file.
 
-        `covariates` has the values (m,) of each covariate of the model by name. Raises ValueError
-        for another number of values per feature, and DataError for other covariates.
+        `covariates` has the values (m,) of each covariate of the model by name, or one number for
+        all features. A value outside the training values is a remark. Raises ValueError for another
+        number of values per feature, and DataError for other covariates.
         """
         features = np.asarray(features, np.float32)
         if features.ndim != 2 or features.shape[1] != len(self.guard.mean):
@@ -222,11 +224,8 @@ class Predictor:
         if self.guard.can_check:
             novelty = self.guard.novelty(features).tolist()
             detection_rate = self.calibration.detection_rate
-        inputs = features
-        columns = self.covariate_columns(covariates or {})
-        if columns:
-            rows = [np.broadcast_to(column, len(features)) for column in columns]
-            inputs = np.column_stack([features, *rows])
+        columns = self.covariate_columns(covariates or {}, len(features))
+        inputs = np.column_stack([features, *columns]) if columns else features
         values, probabilities = self._values_and_probabilities(inputs)
         return [
             Prediction(
@@ -237,16 +236,19 @@ class Predictor:
                 novelty=novelty[row],
                 probability=probabilities[row],
                 interval=self._interval(value),
+                remarks=self._outside_training([column[row] for column in columns]),
                 detection_rate=detection_rate,
             )
             for row, value in enumerate(values)
         ]
 
-    def covariate_columns(self, covariates: Mapping[str, ArrayLike]) -> list[NDArray[np.float64]]:
-        """Return the values of each covariate of the model, in its order.
+    def covariate_columns(
+        self, covariates: Mapping[str, ArrayLike], count: int = 1
+    ) -> list[NDArray[np.float64]]:
+        """Return the values (count,) of each covariate of the model, in its order.
 
-        Raises DataError for a covariate that is missing or unknown, and for a value that is no
-        number.
+        `covariates` has one number, or `count` numbers, by name. Raises DataError for a covariate
+        that is missing or unknown, for another shape, and for a value that is no finite number.
         """
         names = [covariate.name for covariate in self.covariates]
         where = f"model {self.model} of {self.dataset}/{self.task}"
@@ -259,12 +261,31 @@ class Predictor:
             if name not in covariates:
                 fix = f"give it: covariates={{{name!r}: …}}, or `--covariate {name}=…`"
                 raise DataError(where, f"needs a value of the covariate {name!r}", fix)
-            column = np.asarray(covariates[name], np.float64)
-            if not np.isfinite(column).all():
-                problem = f"the covariate {name!r} is {column}, not a number"
-                raise DataError(where, problem, "give a number")
-            columns.append(column)
+            fix = "give one number" if count == 1 else f"give one number, or {count} numbers"
+            try:
+                column = np.asarray(covariates[name])
+            except ValueError:  # lists of different lengths
+                raise DataError(where, f"the covariate {name!r} is no array", fix) from None
+            if column.shape not in ((), (count,)):
+                problem = f"the covariate {name!r} has the shape {column.shape}"
+                raise DataError(where, problem, fix)
+            column = np.broadcast_to(column, count)
+            is_real = column.dtype.kind in "biuf"
+            wrong = column[~np.isfinite(column)] if is_real else column
+            if len(wrong):
+                problem = f"the covariate {name!r} is {wrong[0]}, not a number"
+                raise DataError(where, problem, fix)
+            columns.append(column.astype(np.float64))
         return columns
+
+    def _outside_training(self, values: Sequence[float]) -> list[str]:
+        """Return a remark on each value of a covariate that is outside its training values."""
+        return [
+            f"{covariate.name} {value:g} is outside its training values, "
+            f"{covariate.least:g} to {covariate.largest:g}; expect a larger error"
+            for covariate, value in zip(self.covariates, values, strict=True)
+            if not covariate.least <= value <= covariate.largest
+        ]
 
     def _values_and_probabilities(
         self, features: np.ndarray
@@ -317,14 +338,7 @@ class Predictor:
     ) -> Prediction:
         feature, remarks = self._feature_and_remarks(audio, where, played)
         prediction = self.of_features(feature[np.newaxis], covariates)[0]
-        given = covariates or {}
-        unusual = [
-            f"{covariate.name} {given[covariate.name]:g} is outside its training values, "
-            f"{covariate.least:g} to {covariate.largest:g}; expect a larger error"
-            for covariate in self.covariates
-            if not covariate.least <= given[covariate.name] <= covariate.largest
-        ]
-        return replace(prediction, remarks=[*remarks, *unusual])
+        return replace(prediction, remarks=[*remarks, *prediction.remarks])
 
     def _feature_and_remarks(
         self, audio: Audio, where: Path, played: ArrayLike | None
@@ -337,7 +351,8 @@ class Predictor:
         if not computer.needs_waveform:
             problem = "the model predicts from columns of a table, not from sound"
             raise DataError(where, problem, "use `of_features` with rows of a feature file")
-        remarks = check_audio(audio, computer.least_samples, computer.reaching_hz)
+        microphones = numbers_of(self.audio.microphone)
+        remarks = check_audio(audio, computer.least_samples, computer.reaching_hz, microphones)
         for remark in remarks:
             if remark.level == "error":
                 raise DataError(where, remark.problem, remark.fix)

@@ -25,6 +25,9 @@ from ajgdata.types import Kind, NotPossibleError
 
 #: Smallest factor of a probability, so that the sum over the classes is not 0.
 _TINY = 1e-100
+#: Largest deviation of a constant column, as a share of its largest value. Rounding is far smaller,
+#: and measured covariates have far larger deviations.
+_CONSTANT = 1e-9
 
 
 def _estimator_has(method: str) -> Callable[[Any], bool]:
@@ -89,8 +92,9 @@ class WithDimensions(_Wrapper):
 class WithCovariates(_Wrapper):
     """A model of a feature x, and covariates z: the last `count` columns of the input.
 
-    Covariates are standardised. With least squares on the training rows, their linear effect B is
-    removed from the feature: x - B z. The model is trained on the result.
+    Covariates are standardised; one that is constant in the training rows becomes 0 in all rows,
+    because its effect cannot be measured. With least squares on the training rows, their linear
+    effect B is removed from the feature: x - B z. The model is trained on the result.
 
     - Regression: the linear effect b of z on the target y is also removed, so the model is trained
       on y - b z, and b z is added to its predictions. With a linear model, this is least squares
@@ -100,6 +104,7 @@ class WithCovariates(_Wrapper):
       rule of Bayes if x - B z and z are independent in each class.
     """
 
+    is_constant_: np.ndarray
     means_: np.ndarray
     deviations_: np.ndarray
     effect_on_feature_: np.ndarray
@@ -121,9 +126,9 @@ class WithCovariates(_Wrapper):
         self.n_features_in_ = X.shape[1]
         features = X[:, : -self.count]
         covariates = X[:, -self.count :]
-        deviations = covariates.std(axis=0)
+        self.is_constant_ = _is_constant(covariates)
         self.means_ = covariates.mean(axis=0)
-        self.deviations_ = np.where(deviations > 0, deviations, 1.0)
+        self.deviations_ = np.where(self.is_constant_, 1.0, covariates.std(axis=0))
         z = self._standardised(X)
         if is_classifier(self.estimator):
             if not hasattr(self.estimator, "predict_proba"):
@@ -133,7 +138,9 @@ class WithCovariates(_Wrapper):
                 )
             self._fit_classes(z, y)
             label = np.searchsorted(self.classifier_.classes_, y)
-            self.effect_on_feature_ = _effect(_centred(z, label), _centred(features, label))
+            z_within = _centred(z, label)
+            z_within[:, np.abs(z_within).max(axis=0) <= _CONSTANT] = 0.0  # one value per class
+            self.effect_on_feature_ = _effect(z_within, _centred(features, label))
             target = y
         else:
             self.effect_on_feature_ = _effect(z, features - features.mean(axis=0))
@@ -152,7 +159,8 @@ class WithCovariates(_Wrapper):
 
     def _standardised(self, X: np.ndarray) -> np.ndarray:
         """Return the standardised covariates (n, count) of inputs (n, f + count)."""
-        return (X[:, -self.count :] - self.means_) / self.deviations_
+        z = (X[:, -self.count :] - self.means_) / self.deviations_
+        return np.where(self.is_constant_, 0.0, z)
 
     def _adjusted(self, X: np.ndarray) -> np.ndarray:
         """Return features (n, f), float32, without the effect of the covariates."""
@@ -179,6 +187,11 @@ class WithCovariates(_Wrapper):
         return product / product.sum(axis=1, keepdims=True)
 
 
+def _is_constant(covariates: np.ndarray) -> np.ndarray:
+    """Return whether each column (c,) of covariates (n, c) has one value, except for rounding."""
+    return covariates.std(axis=0) <= _CONSTANT * np.abs(covariates).max(axis=0)
+
+
 def _centred(values: np.ndarray, label: np.ndarray) -> np.ndarray:
     """Return values (n, m) minus the mean of their class, of the number `label` (n,)."""
     counts = np.bincount(label)
@@ -193,7 +206,12 @@ def _effect(z: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 class CovariatesAlone(_Wrapper):
-    """A model of the covariates, the last `count` columns of the input, without the feature."""
+    """A model of the covariates, the last `count` columns of the input, without the feature.
+
+    A covariate that is constant in the training rows becomes 0 in all rows.
+    """
+
+    is_constant_: np.ndarray
 
     def __init__(self, estimator: BaseEstimator, count: int) -> None:
         self.estimator = estimator
@@ -201,13 +219,16 @@ class CovariatesAlone(_Wrapper):
 
     def fit(self, X: Any, y: Any) -> Self:
         """Train on inputs (n, f + count) and targets (n,) or (n, k)."""
-        self.n_features_in_ = np.shape(X)[1]
+        X = np.asarray(X, np.float64)
+        self.n_features_in_ = X.shape[1]
+        self.is_constant_ = _is_constant(X[:, -self.count :])
         self.estimator_ = clone(self.estimator).fit(self._covariates(X), y)
         return self
 
     def _covariates(self, X: Any) -> np.ndarray:
         """Return the covariates (n, count) of inputs (n, f + count)."""
-        return np.asarray(X, np.float64)[:, -self.count :]
+        covariates = np.asarray(X, np.float64)[:, -self.count :]
+        return np.where(self.is_constant_, 0.0, covariates)
 
     def predict(self, X: Any) -> np.ndarray:
         """Return the predictions (n,) or (n, k) for inputs (n, f + count)."""

@@ -1,4 +1,4 @@
-"""Decide which columns of an imported table are features, and list what is odd in them."""
+"""Decide which columns of an imported table are features, and list unusual values in them."""
 
 from __future__ import annotations
 
@@ -21,26 +21,42 @@ LABEL_WORDS = {"label", "labels", "class", "target"}
 OTHER_WORDS = {
     *("batch", "date", "day", "file", "filename", "fold", "grasp", "group", "id", "index", "name"),
     *("number", "object", "placement", "point", "quality", "recording", "robot", "row", "run"),
-    *("sample", "session", "time", "timestamp", "trial", "workspace"),
+    *("sample", "session", "timestamp", "trial", "workspace"),
 }
-#: Most names that a message lists completely.
-_LISTED_NAMES = 6
+#: Name of a column that pandas makes of the numbers of rows.
+_UNNAMED = re.compile(r"unnamed: \d.*", re.IGNORECASE)
+#: Where a word in the name of a column begins, as in `pointIndex` and `MFCCMean`.
+_CAPITAL = re.compile(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
+#: Least number of rows that can be recognised as counted. Six numbers of a feature increase by
+#: chance in one of 720 tables.
+_COUNTED_ROWS = 6
+#: Least value of a time since 1970, of the year 1973 in seconds.
+_UNIX_TIME = 1e8
+#: Smallest number of names with different digits that messages shorten to the first and last.
+_SERIES = 4
+#: How all notes on excluded columns end.
+_INCLUDE = f"to use them, name all features with {OPTION}"
 
 
 def choose_columns(
-    table: ImportedTable, pattern: str, labels: Collection[str], remarks: Remarks
+    table: ImportedTable,
+    pattern: str,
+    targets: Collection[str],
+    identifiers: Collection[str],
+    remarks: Remarks,
 ) -> tuple[str, ...]:
     """Return the columns of a table that are features, and note the choice in `remarks`.
 
     They are the columns whose whole name matches the regular expression `pattern`. By default, they
-    are all columns of numbers with at least two values whose names are not those of labels or other
-    columns; `labels` are further columns that are no features. Raises DataError if there is no such
+    are the columns of numbers with at least two values that neither have names of other columns,
+    nor count the rows, nor follow from a label. `targets` are further labels, and `identifiers` are
+    columns that name sessions, grasps, placements and objects. Raises DataError if there is no such
     column, and for a column with numbers and other texts.
     """
     if pattern:
-        chosen = _matching(table, pattern, labels)
+        chosen = _matching(table, pattern, {*targets, *identifiers})
     else:
-        chosen = _columns_of_numbers(table, labels, remarks)
+        chosen = _columns_of_numbers(table, targets, identifiers, remarks)
     if not chosen:
         problem = "no column of numbers can be a feature"
         fix = f"name the features with {OPTION}, e.g. {OPTION} 'mfcc_.*'"
@@ -70,33 +86,66 @@ def _matching(table: ImportedTable, pattern: str, labels: Collection[str]) -> li
 
 
 def _columns_of_numbers(
-    table: ImportedTable, labels: Collection[str], remarks: Remarks
+    table: ImportedTable,
+    targets: Collection[str],
+    identifiers: Collection[str],
+    remarks: Remarks,
 ) -> list[str]:
-    """Return all columns of numbers that are not labels, and note the columns of numbers that are
-    not features."""
+    """Return the columns of numbers that are features, and note those that are not features."""
+    labels = [
+        column
+        for column in table.columns
+        if column in targets or is_label(column) or _role(column) == "object"
+    ]
     chosen = []
-    named = []
-    constant = []
+    excluded: dict[str, list[str]] = defaultdict(list)
     for column in table.columns:
-        texts = table.texts(column)
-        if column in labels or _role(column) or _share_of_numbers(texts) < MIN_SHARE:
+        if column in targets or column in identifiers or _role(column):
+            continue
+        if _share_of_numbers(table.texts(column)) < MIN_SHARE:
             continue
         if _is_named(column):
-            named.append(column)
+            excluded["their names are those of labels or of other columns"].append(column)
             continue
         _check_numbers(table, column)
-        numbers = {cell_value(text) for text in texts if text.lower() not in NO_VALUE | INFINITE}
-        if len(numbers) > 1:
-            chosen.append(column)
+        reason = _reason_to_exclude(table, column, labels)
+        if reason:
+            excluded[reason].append(column)
         else:
-            constant.append(column)
-    if named:
-        reason = f"{_names(named)}: their names are those of labels or of other columns; {OPTION} "
-        remarks["note"].append(("numbers that are not features", f"{reason}takes them"))
-    if constant:
-        reason = f"{_names(constant)}; {OPTION} takes them"
-        remarks["note"].append(("not features, because all rows have one value", reason))
+            chosen.append(column)
+    for reason, columns in excluded.items():
+        name = f"not features, because {reason}"
+        remarks["note"].append((name, f"{_names(columns)}; {_INCLUDE}"))
     return chosen
+
+
+def _reason_to_exclude(table: ImportedTable, column: str, labels: Sequence[str]) -> str:
+    """Return why the numbers of a column are no feature, as a clause; "" for a feature."""
+    cells = [cell_value(text) for text in table.texts(column)]
+    values = np.array(cells)
+    present = values[np.isfinite(values)]
+    if len(set(present.tolist())) < 2:
+        return "all rows have one value"
+    is_increasing = len(values) >= _COUNTED_ROWS and bool(np.all(np.diff(values) > 0))
+    if is_increasing and np.all(values == np.floor(values)):
+        return "they count the rows"
+    if _words(column)[-1] == "time" and (is_increasing or present.min() >= _UNIX_TIME):
+        return "they are times of the rows"
+    for label in labels:
+        if _follows_from(table.texts(label), cells):
+            return f"each {label} has one value"
+    return ""
+
+
+def _follows_from(labels: Sequence[str], values: Sequence[float]) -> bool:
+    """Return whether the values (n,) are one number per label, for labels (n,) that repeat."""
+    pairs = {
+        (label, value)
+        for label, value in zip(labels, values, strict=True)
+        if label and np.isfinite(value)
+    }
+    distinct = {label for label, _ in pairs}
+    return len(pairs) == len(distinct) and 2 * len(distinct) <= len(labels)
 
 
 def _role(column: str) -> str:
@@ -105,19 +154,20 @@ def _role(column: str) -> str:
 
 
 def is_label(column: str) -> bool:
-    """Return whether a word in the name of a column says that it is a label."""
-    return bool(LABEL_WORDS & set(_words(column)))
+    """Return whether a word in the name of a column identifies it as a label."""
+    return bool(LABEL_WORDS & {word.rstrip("0123456789") for word in _words(column)})
 
 
 def _words(column: str) -> list[str]:
-    """Return the words of the name of a column, in lower case."""
-    return re.split(r"[^a-z0-9]+", column.lower())
+    """Return the words of the name of a column, in lower case; `pointIndex` has two."""
+    return re.split(r"[^a-z0-9]+", _CAPITAL.sub("_", column).lower())
 
 
 def _is_named(column: str) -> bool:
     """Return whether the name of a column is that of a label, or of a column that is no feature."""
     words = _words(column)
-    return is_label(column) or words[-1] in OTHER_WORDS
+    is_other = words[-1] in OTHER_WORDS or words == ["time"]
+    return is_label(column) or is_other or bool(_UNNAMED.fullmatch(column))
 
 
 def _share_of_numbers(texts: Sequence[str]) -> float:
@@ -182,7 +232,12 @@ def note_values(table: ImportedTable, columns: Sequence[str], values: np.ndarray
 
 
 def _names(columns: Sequence[str]) -> str:
-    """Return names of columns, without those in the middle of a long list."""
-    if len(columns) <= _LISTED_NAMES:
-        return ", ".join(columns)
-    return f"{', '.join(columns[:3])}, …, {columns[-1]}"
+    """Return names of columns; of many names that differ in digits, the first and last."""
+    series: dict[str, list[str]] = defaultdict(list)
+    for column in columns:
+        series[re.sub(r"\d+", "0", column)].append(column)
+    texts = []
+    for names in series.values():
+        is_long = len(names) >= _SERIES
+        texts += [f"{names[0]} … {names[-1]}"] if is_long else names
+    return ", ".join(texts)

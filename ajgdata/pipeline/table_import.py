@@ -16,7 +16,7 @@ from ajgdata.pipeline.importing import declared_dataset, note_columns
 from ajgdata.pipeline.schemas import dataset_schema, register_dataset, schema_bytes
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.file_segments import FilePart
-from ajgdata.store.imported_table import NO_VALUE, ImportedTable, column_values, read_imported_table
+from ajgdata.store.imported_table import ImportedTable, column_values, read_imported_table
 from ajgdata.store.importing import Imported, known_sessions
 from ajgdata.store.lock import ADDING_RECORDINGS, locked
 from ajgdata.store.scan import ROLES, Scan, add_rows, template_columns
@@ -67,12 +67,13 @@ def import_table(
     table = read_imported_table(file)
     scanned = Scan(file.absolute().parent, is_simulated=table.is_simulated)
     scanned.remarks["note"] += table.notes
-    labels = _labels(table, chosen, targets)
     if declared:
         features = declared.features.table_columns
         _note_new_columns(paths, table, declared, scanned)
     else:
-        features = choose_columns(table, columns, labels, scanned.remarks)
+        named = {column for column in table.columns if slug(column) in set(map(slug, targets))}
+        identifiers = _identifiers(chosen)
+        features = choose_columns(table, columns, named, identifiers, scanned.remarks)
     values = column_values(table, features)
     for kind, remarks in note_values(table, features, values).items():
         scanned.remarks[kind] += remarks
@@ -108,7 +109,7 @@ def _check_declared(path: Path, declared: DatasetSpec, columns: str) -> None:
         problem = f"features.kind is {declared.features.kind}, which is computed from recordings"
         raise DataError(path, problem, "import the table into another data set")
     if columns:
-        problem = f"{declared.name} is declared already, with its columns"
+        problem = f"{declared.name} already exists, with its columns"
         raise DataError("--feature-columns", problem, f"change features.columns in {path}")
 
 
@@ -120,11 +121,10 @@ def _check_settings(settings: ImportSettings) -> None:
             raise DataError(f"--{name}", problem, "remove this option")
 
 
-def _labels(table: ImportedTable, settings: ImportSettings, targets: Sequence[str]) -> set[str]:
-    """Return the columns that the user named as targets, or in templates."""
+def _identifiers(settings: ImportSettings) -> set[str]:
+    """Return the columns in the templates of sessions, grasps, placements and objects."""
     templates = (settings.session, settings.grasp, settings.placement, settings.object)
-    named = {column for template in templates for column in template_columns(template)}
-    return named | {column for column in table.columns if slug(column) in set(map(slug, targets))}
+    return {column for template in templates for column in template_columns(template)}
 
 
 def _note_new_columns(
@@ -187,13 +187,12 @@ def _declared(
 def _warn_of_missing_labels(table: ImportedTable, scanned: Scan, spec: DatasetSpec) -> None:
     """Warn about empty cells of targets."""
     stored = scanned.label_columns()
-    missing = {text for text in NO_VALUE if text != "none"}  # an empty gripper is a class
     for name in spec.label_targets:
         if name not in (*stored, "object"):
             reason = f"is not a column of {table.path.name}, so its rows have no value"
             scanned.remarks["warning"].append((f"target {name}", reason))
             continue
-        empty = [row for row in scanned.files if row.text(name).lower() in missing]
+        empty = [row for row in scanned.files if not row.text(name)]
         if empty and len(empty) < len(scanned.files):
             place = table.places[int(empty[0].path.name) - 1]
             verb = "has" if len(empty) == 1 else "have"

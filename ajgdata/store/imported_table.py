@@ -99,7 +99,7 @@ def _read_parquet(path: Path) -> ImportedTable:
         problem = f"column {nested[0]!r} has lists, not one value per row"
         raise DataError(path, problem, "export one column for each value")
     texts = {
-        name: [_text(value) for value in table.column(place).to_pylist()]
+        name: _texts(table.column(place).to_pylist(), str(table.schema.field(place).type))
         for place, name in enumerate(names)
     }
     rows = [dict(zip(texts, cells, strict=True)) for cells in zip(*texts.values(), strict=True)]
@@ -109,11 +109,19 @@ def _read_parquet(path: Path) -> ImportedTable:
     return ImportedTable(path, tuple(names), rows, places, [], is_simulated)
 
 
-def _text(value: Any) -> str:
-    """Return a value of Parquet as the cell of a CSV file; "" is missing."""
-    if value is None or (isinstance(value, float) and math.isnan(value)):
-        return ""
-    return str(value).strip()
+def _texts(values: Sequence[Any], type_name: str) -> list[str]:
+    """Return values of Parquet as the cells of a CSV file; "" is missing.
+
+    A number has the shortest text of its type: 0.1 instead of 0.10000000149011612 for a float32.
+    """
+    short = {"float": np.float32, "halffloat": np.float16}.get(type_name)
+    texts = []
+    for value in values:
+        if value is None or (isinstance(value, float) and math.isnan(value)):
+            texts.append("")
+        else:
+            texts.append(str(short(value) if short else value).strip())
+    return texts
 
 
 def column_values(table: ImportedTable, columns: Sequence[str]) -> np.ndarray:

@@ -19,7 +19,7 @@ from ajgdata.paths import IMPORTED_TABLES_FOLDER, SESSION_FILE, Paths
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.changes import read_changes
 from ajgdata.store.files import copy as copy_file
-from ajgdata.store.imported_table import ImportedTable, column_values, row_hashes
+from ajgdata.store.imported_table import NO_VALUE, ImportedTable, column_values, row_hashes
 from ajgdata.store.importing import (
     DIGEST_DIGITS,
     Imported,
@@ -263,10 +263,16 @@ def _new_session(target: Path, scanned: Scan, columns: tuple[str, ...]) -> Sessi
 
 
 def label_cells(table: ImportedTable, columns: Sequence[str]) -> Mapping[Path, dict[str, str]]:
-    """Return the cells of each row that are not features, by the name of the row."""
-    features = set(columns)
+    """Return the cells of each row that are not features, by the name of the row.
+
+    A text of `NO_VALUE` is a missing value, as in features. Only `none` stays: it can be a class.
+    """
+    labels = [column for column in table.columns if column not in set(columns)]
+    missing = NO_VALUE - {"none"}
     count = len(table.rows)
     return {
-        row_path(number, count): {k: text for k, text in cells.items() if k not in features}
+        row_path(number, count): {
+            column: "" if cells[column].lower() in missing else cells[column] for column in labels
+        }
         for number, cells in enumerate(table.rows, 1)
     }

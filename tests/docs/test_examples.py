@@ -262,6 +262,7 @@ def test_feature_table():
     assert list(example["dataset"].spec.features.columns) == example["columns"]
     row = example["rows"][7]
     assert (row.file, row.table_row) == ("tables/day2.csv", 8)
+    assert len({row.grasp_id for row in example["rows"]}) == 12
     assert row.labels == {
         "simplified_label": "no_contact",
         "original_label": "no_contact_left",

@@ -21,7 +21,13 @@ from test_shortcut import silence
 from ajgdata.evaluate.parts import placebo
 from ajgdata.experiments.base import Other
 from ajgdata.experiments.cross_validation import EXPERIMENT
-from ajgdata.experiments.cross_validation_results import models_of, run_times
+from ajgdata.experiments.cross_validation_results import (
+    best_of,
+    models_of,
+    run_times,
+    shown_model,
+    summary,
+)
 from ajgdata.experiments.plots import binned
 from ajgdata.report.canvas import styled
 from ajgdata.report.format import Score
@@ -51,6 +57,22 @@ def markers(axes):
     """Places (n, 2) of the points of a panel, series after series."""
     series = [c.lines[0].get_xydata() for c in axes.containers]
     return np.concatenate([points for points in series if len(points)])
+
+
+@pytest.mark.parametrize(("rmse", "is_as_good"), [(0.1, True), (50.0, False)])
+def test_a_task_is_never_about_the_model_without_the_sound(rmse, is_as_good):
+    scores = {"rmse": Score(rmse, 0.01)}
+    alone = size_result("covariates_alone", "covariates alone", scores=scores)
+    knn = size_result("knn", "k-NN")
+    results = sizes(alone, knn, papers={}, covariates=("force_n",))
+    assert best_of(models_of(results)).label == shown_model(results).label == "k-NN"
+    assert [row.label for row in EXPERIMENT.rows(results) if row.best] == ["k-NN"]
+    text = summary(results)
+    assert "Lowest error: k-NN" in text
+    assert ("This is at least as good as k-NN with the sound." in text) == is_as_good
+    only = sizes(alone, papers={}, covariates=("force_n",))
+    assert shown_model(only).label == "covariates alone"
+    assert "at least as good" not in summary(only)
 
 
 def test_rows_of_a_task_stand_beside_the_paper_with_the_best_marked():

@@ -240,6 +240,51 @@ def test_an_unrelated_covariate_changes_nothing(model):
     assert score(model, "classification", "unrelated") == pytest.approx(accuracy, abs=0.06)
 
 
+def one_force_per_session(kind: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return inputs (120, 13) and targets (120,) of two sessions, of 60 recordings each.
+
+    The covariate, the last column, is 0.3 in the first session and 0.7 in the second one.
+    """
+    table = planted(120)
+    force = np.repeat([0.3, 0.7], 60)
+    assert 0 < np.std(force[:60]) < 1e-15  # of rounding
+    value = table.columns["mass_g" if kind == "regression" else "weight"].values
+    return np.column_stack([table.flat, force]), value
+
+
+@pytest.mark.parametrize("kind", ["regression", "classification"])
+@pytest.mark.parametrize("model", ["linear_plain", "knn_plain"])
+def test_one_force_per_session_changes_nothing_in_a_held_out_session(model, kind):
+    inputs, value = one_force_per_session(kind)
+    layout = layout_of(planted(), "force_n")
+    with_force = make_model(model, kind, layout=layout).fit(inputs[:60], value[:60])
+    without = make_model(model, kind).fit(inputs[:60, :-1], value[:60])
+    expected = without.predict(inputs[60:, :-1])
+    if kind == "regression":
+        assert with_force.predict(inputs[60:]) == pytest.approx(expected)
+    else:
+        assert with_force.predict(inputs[60:]).tolist() == expected.tolist()
+
+
+def test_one_force_per_session_alone_predicts_as_in_the_training_session():
+    inputs, mass = one_force_per_session("regression")
+    inputs[:60, -1] += 1e-12 * np.arange(60)  # more than the rounding of one value
+    layout = layout_of(planted(), "force_n")
+    model = make_model("covariates_alone", "regression", layout=layout).fit(inputs[:60], mass[:60])
+    predicted = model.predict(inputs)
+    assert predicted == pytest.approx(np.full(120, predicted[0]))
+
+
+def test_one_force_per_class_leaves_the_feature_unchanged():
+    """Within classes, the force has no effect that can be measured."""
+    inputs, heavy = one_force_per_session("classification")
+    inputs[:, -1] = np.where(heavy == "heavy", 0.3, 0.7)
+    layout = layout_of(planted(), "force_n")
+    model = make_model("knn_plain", "classification", layout=layout).fit(inputs[:60], heavy[:60])
+    assert np.all(model.effect_on_feature_ == 0)
+    assert (model.predict(inputs[60:]) == heavy[60:]).mean() > 0.95
+
+
 def test_the_covariate_and_the_feature_decide_a_class_together():
     assert score("linear_plain", "classification", "robot_force_n") > 0.93
     assert score("linear_plain", "classification") < 0.7
@@ -277,6 +322,9 @@ def test_a_prediction_needs_the_value_of_the_covariate(tmp_path):
     for wrong, problem in (
         (None, "needs a value of the covariate 'robot_force_n'. Give it: covariates={'robot_forc"),
         ({"robot_force_n": np.nan}, "the covariate 'robot_force_n' is nan, not a number"),
+        ({"robot_force_n": "strong"}, "the covariate 'robot_force_n' is strong, not a number"),
+        ({"robot_force_n": [4, 5]}, "has the shape (2,). Give one number"),
+        ({"robot_force_n": [[4], [5, 6]]}, "the covariate 'robot_force_n' is no array"),
         ({"robot_force_n": 4, "x": 1}, "has no covariate 'x'. Remove it: it has robot_force_n"),
     ):
         with pytest.raises(DataError) as caught:
@@ -312,6 +360,13 @@ def test_a_covariate_outside_of_its_training_values_is_a_remark(tmp_path):
     assert inside.remarks == []
     (remark,) = outside.remarks
     assert remark.startswith("robot_force_n 12 is outside its training values, 3.")
+    rows = planted().flat[:2]
+    predictions = predictor.of_features(rows, {"robot_force_n": [6, 12]})
+    assert [prediction.remarks for prediction in predictions] == [[], [remark]]
+    with pytest.raises(DataError, match=r"has the shape \(3,\). Give one number, or 2 numbers"):
+        predictor.of_features(rows, {"robot_force_n": [4, 5, 6]})
+    with pytest.raises(DataError, match=r"has the shape \(2,\). Give one number"):
+        used.predict(sound, RATE_HZ, None, {"robot_force_n": [4, 5]})
 
 
 def test_copies_have_the_covariates_of_their_recordings():

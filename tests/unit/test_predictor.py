@@ -210,6 +210,23 @@ def test_what_the_workflow_refuses_is_refused_in_its_words(trained, tmp_path, sa
     assert (refused.value.problem, refused.value.fix) == result.remarks[-1][2:]
 
 
+def test_a_dead_second_microphone_is_refused_as_in_the_workflow(trained, tmp_path):
+    waveform = np.stack([tone(500), np.zeros_like(tone(500))]).astype(np.float32)
+    soundfile.write(tmp_path / "x.wav", waveform.T, RATE_HZ, subtype="FLOAT")
+    audio = AudioSettings(sample_rate_hz=RATE_HZ, microphone=(1, 2))
+    predictor = dataclasses.replace(load(trained, "what", "linear"), audio=audio)
+    result = examine(tmp_path / "x.wav", audio, predictor.features.window)
+    (error,) = result.remarks
+    assert error.code == "silent"
+    for predict in (
+        lambda: predictor.predict(waveform, RATE_HZ),
+        lambda: predictor.predict_file(tmp_path / "x.wav"),
+    ):
+        with pytest.raises(DataError) as refused:
+            predict()
+        assert (refused.value.problem, refused.value.fix) == (error.problem, error.fix)
+
+
 def test_another_rate_or_channel_is_refused_but_in_files_that_the_data_set_converts(
     trained, tmp_path
 ):

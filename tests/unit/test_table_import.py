@@ -20,6 +20,7 @@ from ajgdata.store.importing import Imported
 from ajgdata.store.sessions import read_dataset, read_recordings
 from ajgdata.types import DataError, DatasetSpec, ImportSettings, OnChange, TableSettings
 
+NAMED = "not features, because their names are those of labels or of other columns"
 CLASSES = ("contact", "no_contact", "edge")
 COLUMNS = tuple(f"f{number:02}" for number in range(53))
 
@@ -95,6 +96,15 @@ def test_all_formats_give_the_same_features_and_labels(paths: Paths, name: str) 
     assert store.axes[0].equals(csv.axes[0])
     for column in csv.columns:
         assert store.columns[column].values.tolist() == csv.columns[column].values.tolist()
+
+
+@pytest.mark.parametrize("dtype", ["float32", "float16"])
+def test_short_numbers_are_the_same_in_csv_and_parquet(paths: Paths, dtype: str) -> None:
+    table = soft_finger()
+    table[list(COLUMNS)] = table[list(COLUMNS)].astype(dtype)
+    taken(paths, table)
+    _, result = taken(paths, table, "day1.parquet", settings=ImportSettings(session="day1"))
+    assert (result.added, result.changed, result.unchanged) == (0, 0, 30)
 
 
 def test_the_table_is_kept_and_a_second_import_changes_nothing(paths: Paths) -> None:
@@ -180,10 +190,61 @@ def test_the_import_says_what_it_assumes(paths: Paths) -> None:
     table["timestamp"] = np.arange(30)
     table["gain"] = 1
     remarks = all_remarks(taken(paths, table)[1])
-    assert remarks["53 features"] == "columns f00, f01, f02, …, f52"
-    assert remarks["numbers that are not features"].startswith("timestamp: ")
+    assert remarks["53 features"] == "columns f00 … f52"
+    assert remarks[NAMED].startswith("timestamp; to use them, name all features with --feature-col")
     assert remarks["not features, because all rows have one value"].startswith("gain; ")
     assert remarks["30 grasps"].startswith("no column names the grasp, so each row is a grasp")
+
+
+def test_columns_that_contain_labels_or_rows_are_no_features(paths: Paths) -> None:
+    table = soft_finger()
+    table["Unnamed: 0"] = np.arange(30)
+    table["labelId"] = np.arange(30) % 3
+    table["pointIndex"] = np.arange(30) // 5
+    table["contact"] = (table.simplified_label == "contact").astype(int)
+    table["step"] = 2 * np.arange(30) + 7
+    table["time"] = np.random.default_rng(0).uniform(size=30)
+    table["start_time"] = np.arange(30) + 0.25
+    table["record_time"] = 1.7e9 + np.random.default_rng(1).permutation(30)
+    table["attack_time"] = np.random.default_rng(2).uniform(size=30)
+    table["x"] = np.random.default_rng(3).uniform(size=30)
+    table["force"] = np.arange(30) // 3 % 4  # one force per grasp
+    table["press"] = np.arange(30) // 3
+    spec, result = taken(paths, table, settings=ImportSettings(grasp="{press}"))
+    assert isinstance(spec.features, TableSettings)
+    assert spec.features.columns == (*COLUMNS, "attack_time", "x", "force")
+    notes = all_remarks(result)
+    assert notes["56 features"] == "columns f00 … f52, attack_time, x, force"
+    excluded = {
+        NAMED: "Unnamed: 0, labelId, pointIndex, time",
+        "not features, because each simplified_label has one value": "contact",
+        "not features, because they count the rows": "step",
+        "not features, because they are times of the rows": "start_time, record_time",
+    }
+    for name, columns in excluded.items():
+        assert notes[name] == f"{columns}; to use them, name all features with --feature-columns"
+
+
+def test_a_pattern_takes_columns_that_are_no_features_by_default(paths: Paths) -> None:
+    table = soft_finger().assign(contact=np.arange(30) % 3)
+    spec, _ = taken(paths, table, columns="f0.|contact")
+    assert isinstance(spec.features, TableSettings)
+    assert spec.features.columns == (*COLUMNS[:10], "contact")
+
+
+@pytest.mark.parametrize("name", ["day1.csv", "day1.tsv"])
+def test_all_texts_of_a_missing_label_are_missing(paths: Paths, name: str) -> None:
+    table = soft_finger()
+    table.loc[[2, 6, 9], "simplified_label"] = ["NaN", "n/a", ""]
+    table.loc[[0, 1], "original_label"] = "none"
+    spec, result = taken(paths, table, name)
+    (warning,) = result.remarks["warning"]
+    assert warning[0] == "target simplified_label"
+    assert warning[1].startswith(f"3 of 30 rows have no value (first: {name}:4)")
+    assert spec.targets["simplified_label"].missing == ()
+    rows, _ = read_recordings(paths.session("soft", "day1"))
+    assert {row.labels["simplified_label"] for row in rows} == {*CLASSES, ""}
+    assert rows[0].labels["original_label"] == "none"
 
 
 def test_a_pattern_chooses_the_features(paths: Paths) -> None:
@@ -289,7 +350,7 @@ def test_tables_with_other_columns_stop_the_import(paths: Paths) -> None:
     taken(paths, soft_finger())
     with pytest.raises(DataError, match=r"day2.csv: has no column 'f03', and 1 other columns"):
         taken(paths, soft_finger(seed=1).drop(columns=["f03", "f09"]), "day2.csv")
-    with pytest.raises(DataError, match="soft is declared already, with its columns"):
+    with pytest.raises(DataError, match="soft already exists, with its columns"):
         taken(paths, soft_finger(seed=1), "day2.csv", columns="f.*")
     new = soft_finger(seed=1).assign(extra=range(30)).drop(columns="original_label")
     remarks = all_remarks(taken(paths, new, "day2.csv")[1])
