@@ -25,9 +25,14 @@ ADDRESS = re.compile(
 RELEASES = re.compile(r"^## \[(\d+\.\d+\.\d+)\] - (\d{4}-\d\d-\d\d)$", re.M)
 
 
+#: Hosts of examples: reserved by RFC 2606, and this computer.
+EXAMPLE = re.compile(r"//([^/\s]*@)?(example\.org|127\.0\.0\.1)\b")
+
+
 def addresses(text: str) -> set[str]:
-    """Return the addresses of the project in a text."""
-    return {next(filter(None, match.groups())) for match in ADDRESS.finditer(text)}
+    """Return the addresses of the project in a text; those of examples are not of the project."""
+    found = {next(filter(None, match.groups())) for match in ADDRESS.finditer(text)}
+    return {address for address in found if not EXAMPLE.search(address)}
 
 
 @pytest.fixture
@@ -72,6 +77,7 @@ def test_no_file_has_a_word_in_place_of_the_address(own_files):
         ("pip install 'git+https://a.org/x/jam@v1'", {"https://a.org/x/jam"}),
         ("see https://a.org/x/ajgdata/issues", {"https://a.org/x/ajgdata"}),
         ("see https://a.org/x/ajgdata-data", set()),
+        ("fetch git+https://anna:secret@example.org/d ", set()),
     ],
 )
 def test_addresses_are_recognised(text, expected):
