@@ -34,9 +34,22 @@ def read_scores(folder: Path) -> pd.DataFrame:
 
 
 def results_folder(folder: Path) -> Path:
-    """Return the folder `results/` in a folder, or else the folder itself."""
-    results = Paths(folder).results
-    return results if results.is_dir() else folder
+    """Return the results in a folder: those of a project, of its only run, or the folder itself.
+
+    Raises DataError if a project has results only of several runs of selected data sets.
+    """
+    paths = Paths(folder)
+    if not paths.results.is_dir():
+        return folder
+    if paths.metrics_table.is_file():
+        return paths.results
+    runs = sorted(
+        table.parent for table in paths.results.glob(f"runs/*/{Paths().metrics_table.name}")
+    )
+    if len(runs) > 1:
+        listed = ", ".join(str(run) for run in runs)
+        raise DataError(paths.results, "has results of several runs", f"name one of {listed}")
+    return runs[0] if runs else paths.results
 
 
 def compare_metrics(old: pd.DataFrame, new: pd.DataFrame) -> pd.DataFrame:

@@ -9,6 +9,7 @@ import pytest
 from json_page import assert_documented
 
 from ajgdata.cli import main
+from ajgdata.pipeline.compare_rows import results_folder
 from ajgdata.store.metrics import (
     FACTS,
     KEYS,
@@ -266,3 +267,17 @@ def test_wrong_runs_are_refused_in_one_line(monkeypatch, capsys, arguments, prob
         main()
     assert stopped.value.code == 2
     assert problem in capsys.readouterr().err
+
+
+def test_a_project_stands_for_its_only_run_of_selected_data_sets(tmp_path):
+    run = tmp_path / "results/runs/mine"
+    run.mkdir(parents=True)
+    (run / "metrics.csv").touch()
+    assert results_folder(tmp_path) == run
+    other = tmp_path / "results/runs/other"
+    other.mkdir()
+    (other / "metrics.csv").touch()
+    with pytest.raises(DataError, match=r"several runs.*runs/mine, .*runs/other"):
+        results_folder(tmp_path)
+    (tmp_path / "results/metrics.csv").touch()
+    assert results_folder(tmp_path) == tmp_path / "results"

@@ -135,5 +135,5 @@ def test_processes_end_with_their_parent(tmp_path, number, moment):
         send = os.killpg if number == signal.SIGINT else os.kill
         send(parent.pid, number)
         errors = parent.communicate(timeout=300)[1]  # the other process has closed the pipes
-    assert parent.returncode == -number
+    assert parent.returncode == -number, errors
     assert errors.count("Traceback") == (number == signal.SIGINT)
