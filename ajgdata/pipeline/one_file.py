@@ -6,7 +6,7 @@ import base64
 import math
 from pathlib import Path
 from typing import NamedTuple
-from urllib.parse import unquote, urldefrag
+from urllib.parse import quote, unquote, urldefrag
 
 from bs4 import BeautifulSoup
 
@@ -18,7 +18,10 @@ from ajgdata.types import AudioSettings, DataError, Segment
 
 #: Largest size of the file. E-mail servers refuse larger attachments.
 MAX_BYTES = 10_000_000
-MEDIA_TYPES = {".svg": "image/svg+xml", ".png": "image/png"}
+MEDIA_TYPES = {".png": "image/png"}
+#: Letters of an SVG file that stay as they are in a data URI. The text is then 5 % longer, and a
+#: third longer in base64.
+SVG_LETTERS = " /:;,=()'[]{}*!@&?+$"
 #: Sounds for people: one microphone, at a rate that MP3 has.
 LISTENING = AudioSettings(sample_rate_hz=44_100, other_rate="resample", microphone=1)
 
@@ -43,6 +46,8 @@ def write_one_file(paths: Paths, file: Path) -> WrittenReport:
     def image(link: str) -> str:
         """Return an image of the report as data URI."""
         path = folder / unquote(link)
+        if path.suffix == ".svg":
+            return f"data:image/svg+xml,{quote(path.read_text(encoding='utf-8'), safe=SVG_LETTERS)}"
         return _data_uri(MEDIA_TYPES[path.suffix], path.read_bytes())
 
     empty_players = one_file(pages, image, sound=lambda link: "")

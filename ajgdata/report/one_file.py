@@ -25,6 +25,7 @@ STYLE = """
 }
 """
 NOT_CONTAINED = "sound not contained"
+SAME_SOUND = "to the player of this sound"
 
 
 class OneFile(NamedTuple):
@@ -57,21 +58,20 @@ def one_file(
     body.clear()
     head = _one(document, "head style")
     head.append(STYLE)
-    sounds: dict[str, str | None] = {}
+    players = _Players(document, sound)
     for name, text in pages.items():
         page = _one(BeautifulSoup(text, "html.parser"), "#body")
         for element in page.select(".phone"):
             element.decompose()  # repeats the first image on small screens
         _move_anchors(page, name)
         _contain_images(page, name, image)
-        sounds |= _contain_sounds(page, name, sound)
         _link_inside(page, name, pages)
+        players.contain(page, name)
         section = document.new_tag("section", attrs={"class": "page", "id": _slug(name)})
         section.extend(list(page.contents))
         body.append(section)
     _link_inside(_one(document, "nav.site"), INDEX, pages, frozenset({"#body"}))
-    n_contained = sum(address is not None for address in sounds.values())
-    return OneFile(str(document), n_contained, len(sounds) - n_contained)
+    return OneFile(str(document), len(players.anchors), len(players.omitted))
 
 
 def _one(document: Tag, selector: str) -> Tag:
@@ -103,20 +103,32 @@ def _contain_images(page: Tag, name: str, image: Callable[[str], str]) -> None:
         del element["loading"]
 
 
-def _contain_sounds(
-    page: Tag, name: str, sound: Callable[[str], str | None]
-) -> dict[str, str | None]:
-    """Replace the address of each sound by its content; return the contents by address."""
-    contents = {}
-    for element in page.select("audio[src]"):
-        address = _from_folder(name, str(element["src"]))
-        content = sound(address)
-        contents[address] = content
-        if content is None:
-            element.replace_with(NOT_CONTAINED)
-        else:
-            element["src"] = content
-    return contents
+class _Players:
+    """The players of a file: each sound is contained once, and later players lead to the first."""
+
+    def __init__(self, document: BeautifulSoup, sound: Callable[[str], str | None]) -> None:
+        self.document = document
+        self.sound = sound
+        self.anchors: dict[str, str] = {}
+        self.omitted: set[str] = set()
+
+    def contain(self, page: Tag, name: str) -> None:
+        """Replace the addresses of the sounds of a page by their content."""
+        for element in page.select("audio[src]"):
+            address = _from_folder(name, str(element["src"]))
+            if address in self.anchors:
+                link = self.document.new_tag("a", href=f"#{self.anchors[address]}")
+                link.string = SAME_SOUND
+                element.replace_with(link)
+                continue
+            content = None if address in self.omitted else self.sound(address)
+            if content is None:
+                self.omitted.add(address)
+                element.replace_with(NOT_CONTAINED)
+            else:
+                self.anchors[address] = f"sound-{len(self.anchors) + 1}"
+                element["id"] = self.anchors[address]
+                element["src"] = content
 
 
 def _link_inside(

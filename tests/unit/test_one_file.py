@@ -65,6 +65,22 @@ def test_each_image_is_contained_once_and_missing_sounds_are_named(joined):
     assert (joined.n_sounds, joined.n_omitted) == (0, 2)
 
 
+def test_a_repeated_sound_is_contained_once_with_links_to_its_player():
+    twice = '<audio src="../data/a.wav"></audio>'
+    pages = {
+        "index.html": PAGE.format(NAVIGATION.format(""), twice * 2),
+        "experiments/size.html": PAGE.format(
+            NAVIGATION.format("../"), '<audio src="../../data/a.wav"></audio>'
+        ),
+    }
+    joined = one_file(pages, lambda link: "", lambda link: f"data:{link}")
+    document = BeautifulSoup(joined.html, "html.parser")
+    assert [audio["src"] for audio in document.select("audio")] == ["data:../data/a.wav"]
+    assert len(document.select("a[href='#sound-1']")) == 2
+    assert document.select_one("#sound-1").name == "audio"
+    assert (joined.n_sounds, joined.n_omitted) == (1, 0)
+
+
 @pytest.fixture
 def project(tmp_path):
     """A project whose report has both pages, and a sound of 2 s at 48 kHz."""
