@@ -167,7 +167,7 @@ def finished(wheel, tmp_path_factory):
         declaration.write_text(yaml.safe_dump(VIRTUAL))
         lab.ajgdata("run", "mine", "--cores", "2")
         assert (lab.project / "results/runs/mine/report/index.html").is_file()
-        assert "current" in lab.ajgdata("status", "mine")
+        assert "up to date" in lab.ajgdata("status", "mine")
         lab.check_missing(["simulate", "publish", "export"])
         text = lab.ajgdata("run", "virtual", code=1)
         line = 'virtual/dataset.yaml: recipe: numba is not installed. Run `pip install "ajgdata[sim'
