@@ -64,9 +64,11 @@ import ajgdata
 from ajgdata.paths import Paths
 from ajgdata.pipeline.train import train_final_model
 paths = Paths()
+spec = ajgdata.load_dataset("mine").spec
 train_final_model(
-    paths.features("mine"), [], settings=ajgdata.load_dataset("mine").spec.training("label"),
-    task="label", model="cnn", seed=0, folder=paths.model("mine", "label", "cnn"),
+    paths.features("mine"), [], settings=spec.training("label"), task="label", model="cnn", seed=0,
+    folder=paths.model("mine", "label", "cnn"), dataset="mine", audio=spec.audio,
+    features=spec.features, paths=paths,
 )
 predictor = ajgdata.load_predictor("mine", "label", "cnn")
 print(predictor.predict_file("../recordings/1_ball.wav").value)
